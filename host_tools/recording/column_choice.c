@@ -9,6 +9,7 @@
 
 enum {
     MOST_LISTED = 10, /* columns that one line names */
+    LIST_ROOM = 240,  /* characters beyond which no more are named */
     SHOWN = 30,       /* characters of each name */
     USABLE = 100,     /* its unit is that of the role, or none is stated */
     /* What says that a column is the drive or the displacement, from the surest on. Equal ones are not told apart. */
@@ -355,7 +356,7 @@ static candidates_t find_pool(const chooser_t *c, bool voltages) {
 static void complain_unclear(chooser_t *c, int role, const candidates_t *found) {
     char text[500] = "";
     size_t listed = 0;
-    for (; listed < found->count && listed < MOST_LISTED; listed++) {
+    for (; listed < found->count && listed < MOST_LISTED && strlen(text) < LIST_ROOM; listed++) {
         list_column(c->choice, c->table, found->column[listed], text, sizeof text);
     }
     list_more(listed, found->count, text, sizeof text);
@@ -372,7 +373,7 @@ static void complain_missing(chooser_t *c, int role) {
 static void list_all(chooser_t *c) {
     char text[600] = "";
     size_t listed = 0;
-    for (; listed < c->table->columns && listed < MOST_LISTED; listed++) {
+    for (; listed < c->table->columns && listed < MOST_LISTED && strlen(text) < LIST_ROOM; listed++) {
         list_column(c->choice, c->table, (int)listed, text, sizeof text);
     }
     list_more(listed, c->table->columns, text, sizeof text);
@@ -381,6 +382,9 @@ static void list_all(chooser_t *c) {
                        signals < 2
                            ? "drive and displacement have to stand in one file: put the columns of both side by side"
                            : "say which (hyst import --drive NAME --displacement NAME)");
+    if (c->table->partial != NULL) {
+        import_account_add(c->problems, "%s: put what belongs together in a file each", c->table->partial);
+    }
 }
 
 /* Where all candidates belong to actuators that are numbered alike, the first is meant. */
@@ -412,12 +416,30 @@ static void find_rest(chooser_t *c, int missing, bool voltages) {
     free(pool.column);
 }
 
+/* Whether two names are the same but for their numbers. */
+static bool are_numbered(const char *a, const char *b) {
+    static const char digits[] = "0123456789";
+    a += strspn(a, digits);
+    b += strspn(b, digits);
+    while (*a == *b && *a != '\0') {
+        a += 1 + strspn(a + 1, digits);
+        b += 1 + strspn(b + 1, digits);
+    }
+    return *a == *b;
+}
+
+/* Whether the names of two columns say something that is not known here: it may contradict their places. */
+static bool are_strange(const chooser_t *c, const int *column) {
+    return (c->choice->meaning[column[0]].strange || c->choice->meaning[column[1]].strange) &&
+           !are_numbered(c->table->column[column[0]].name, c->table->column[column[1]].name);
+}
+
 static void find_both_by_place(chooser_t *c) {
     const candidates_t pool = find_pool(c, true);
-    if (pool.count == 2) {
+    if (pool.count == 2 && !are_strange(c, pool.column)) {
         take(c, COLUMN_DRIVE, pool.column[0], "by its place");
         take(c, COLUMN_DISPLACEMENT, pool.column[1], "by its place");
-    } else if (pool.count > 2) {
+    } else if (pool.count >= 2) {
         complain_unclear(c, COLUMN_DRIVE, &pool);
         import_account_add(c->problems, "and so could the displacement (--displacement NAME)");
     } else {
@@ -431,7 +453,14 @@ static void find_both_by_place(chooser_t *c) {
     free(pool.column);
 }
 
-/* Inputs of an instrument, "IN1" and "IN2" in volts: what it measures, not what it commands. */
+/* What tells one input from another: digits, or one letter. */
+static bool is_number_of_input(const char *text) {
+    const size_t length = strlen(text);
+    return strspn(text, "0123456789") == length || (length == 1 && strspn(text, LETTERS) == 1);
+}
+
+/* Inputs of an instrument, "IN1" and "IN2", "Input A" and "Input B" in volts: what it measures, not what it commands.
+ */
 static bool are_inputs(const chooser_t *c, const candidates_t *found) {
     if (found->count != 2) {
         return false;
@@ -442,8 +471,7 @@ static bool are_inputs(const chooser_t *c, const candidates_t *found) {
     while (a->name[same] != '\0' && a->name[same] == b->name[same]) {
         same++;
     }
-    return same > 0 && strspn(a->name + same, "0123456789") == strlen(a->name + same) &&
-           strspn(b->name + same, "0123456789") == strlen(b->name + same) &&
+    return same > 0 && is_number_of_input(a->name + same) && is_number_of_input(b->name + same) &&
            unit_of(a->unit, &scale) == QUANTITY_VOLTAGE && unit_of(b->unit, &scale) == QUANTITY_VOLTAGE;
 }
 

@@ -40,6 +40,7 @@ typedef struct {
     meaning_t meaning;
     said_t said;         /**< what says so; of no use for MEANING_UNKNOWN */
     quantity_t quantity; /**< that the name states, where the column has no unit; else that of the unit */
+    bool strange;        /**< a word of the name is not known, so that its place says nothing either */
 } column_meaning_t;
 
 column_meaning_t column_meaning(const table_column_t *column);

@@ -41,6 +41,16 @@ static const char *unit_for(import_job_t *job, int role) {
     return column->unit;
 }
 
+/* What says that the numbers are a part of what the column is called; NULL: nothing does. A path of a binary file may
+ * end with a number. */
+static const char *states_scale(const import_job_t *job, int role) {
+    const bool volts = role == COLUMN_DRIVE || role == COLUMN_VOLTAGE;
+    const table_column_t *const column = &job->table->column[job->choice.column[role]];
+    return column->scaled                                                            ? "for which the header"
+           : unit_states_scale(column->written, volts && job->table->first_line > 0) ? "whose name"
+                                                                                     : NULL;
+}
+
 /* What one unit of the column is in that of the role; 0: not known, which is a problem. */
 static double factor_for(import_job_t *job, int role, const char *stated) {
     static const quantity_t wanted[COLUMN_COUNT] = {
@@ -62,6 +72,13 @@ static double factor_for(import_job_t *job, int role, const char *stated) {
     } else if (said == 0.0 && stated[0] == '\0' && wanted[role] == QUANTITY_LENGTH &&
                job->choice.meaning[index].quantity == QUANTITY_VOLTAGE) {
         (void)snprintf(what, sizeof what, ", by its name a voltage");
+    }
+    const size_t hint = wanted[role] <= QUANTITY_LENGTH ? job->table->unit_hint[wanted[role]].line : 0;
+    if (said == 0.0 && what[0] == '\0' && stated[0] == '\0' && hint > 0) {
+        (void)snprintf(what, sizeof what, " without a unit, and line %zu names another than %s", hint, unit);
+    }
+    if (said == 0.0 && what[0] == '\0' && states_scale(job, role) != NULL) {
+        (void)snprintf(what, sizeof what, ", %s states a scale", states_scale(job, role));
     }
     if (what[0] != '\0') {
         import_account_add(&job->problems,
@@ -219,6 +236,13 @@ static int time_beside(const import_job_t *job, int role) {
     return before >= 0 && job->choice.meaning[before].meaning == MEANING_TIME ? before : NO_COLUMN;
 }
 
+static void complain_times(import_job_t *job, const table_column_t *a, const table_column_t *b) {
+    import_account_add(&job->problems,
+                       "column %zu '%s' has other times than column %zu '%s', and not by the same for all rows: "
+                       "resample the file, or say which are right (hyst import --time N)",
+                       b->number, b->name, a->number, a->name);
+}
+
 /* Drive and displacement with separate times: how much later the displacement was sampled is kept. */
 static void keep_times_apart(import_job_t *job, const time_axis_t *axis, recording_t *recording) {
     const int drive = time_beside(job, COLUMN_DRIVE), displacement = time_beside(job, COLUMN_DISPLACEMENT);
@@ -229,10 +253,7 @@ static void keep_times_apart(import_job_t *job, const time_axis_t *axis, recordi
     }
     const table_column_t *const a = &job->table->column[drive], *const b = &job->table->column[displacement];
     if (!time_axis_later(job->table, drive, displacement, 1.0 / axis->sample_rate_hz, &later_s)) {
-        import_account_add(&job->problems,
-                           "column %zu '%s' has other times than column %zu '%s', and not by the same for all rows: "
-                           "resample the file, or say which are right (hyst import --time N)",
-                           b->number, b->name, a->number, a->name);
+        complain_times(job, a, b);
     } else if (fabs(later_s) * axis->sample_rate_hz > 1e-3) { /* less is what printed digits leave */
         char text[40];
         (void)snprintf(text, sizeof text, "%.6g", later_s);
@@ -240,6 +261,27 @@ static void keep_times_apart(import_job_t *job, const time_axis_t *axis, recordi
         import_account_add(job->account,
                            "  the displacement's times, column %zu '%s', are later than the drive by %s s: kept",
                            b->number, b->name, text);
+    }
+}
+
+/* Times that are not used, and go at another rate than those that are: which signals do they belong to? */
+static void check_other_times(import_job_t *job) {
+    const int time = job->choice.column[ROLE_TIME];
+    if (time == NO_COLUMN || job->options->time != NULL || job->choice.meaning[time].meaning != MEANING_TIME) {
+        return;
+    }
+    const table_column_t *const a = &job->table->column[time];
+    for (size_t i = 0; i < job->table->columns; i++) {
+        const table_column_t *const b = &job->table->column[i];
+        double scale;
+        if (column_is_used(&job->choice, (int)i) || job->choice.meaning[i].meaning != MEANING_TIME || b->clock ||
+            a->clock || unit_of(a->unit, &scale) != unit_of(b->unit, &scale)) {
+            continue;
+        }
+        if (time_axis_is_other(job->table, time, (int)i)) {
+            complain_times(job, a, b);
+            return;
+        }
     }
 }
 
@@ -310,6 +352,13 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
         const bool counts = time != NO_COLUMN && job.choice.meaning[time].meaning == MEANING_COUNTER;
         if (!time_axis_find(&axis, table, time, counts, options->sample_rate_hz, &of_time)) {
             import_account_add(&job.problems, "%s", of_time.text);
+        } else if (axis.unit_taken && table->unit_hint[QUANTITY_TIME].line > 0) {
+            import_account_add(&job.problems,
+                               "time is column %zu '%s' without a unit, and line %zu names another than s: say the "
+                               "rate (hyst import --sample-rate: %.9g or %.9g)",
+                               table->column[time].number, table->column[time].name,
+                               table->unit_hint[QUANTITY_TIME].line, axis.sample_rate_hz,
+                               axis.sample_rate_hz / table->unit_hint[QUANTITY_TIME].scale);
         } else if (time != NO_COLUMN) {
             import_account_add(account, "%-12s column %d '%s'%s (%s): %s", "time", (int)table->column[time].number,
                                table->column[time].name, axis.unit_taken ? ", taken for s" : "",
@@ -329,7 +378,11 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
             convert_column(&job, role, recording_add_column(recording, (column_t)role));
         }
     }
+    const size_t complaints = job.problems.lines;
     keep_times_apart(&job, &axis, recording);
+    if (job.problems.lines == complaints) {
+        check_other_times(&job);
+    }
     check_unnamed(&job);
     if (job.problems.lines == 0) {
         check_copies(&job, recording);

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* Deviation in samples above which stamps count as uneven: the tolerance of recording.h for a printed time. */
 static const double even_within = 0.25;
@@ -84,26 +85,47 @@ static size_t unwrap(double *stamp, size_t rows, double period, double step) {
 
 static const double earliest_s = 1e9, latest_s = 4.1e9; /* 2001 to 2100 */
 
-/* The unit of times that state none, where something else does: a rate, or their size, which is that of seconds since
- * 1970 (2001 to 2100) only in one. Returns the seconds of one, and how it is known in `text`; 1: nothing says it. */
-static double unsaid_unit(const double *value, size_t rows, double stated_hz, char *text, size_t room) {
-    static const struct {
-        double scale;
-        const char *unit, *name;
-    } units[] = {{1e-3, "ms", "milliseconds"}, {1e-6, "us", "microseconds"}, {1e-9, "ns", "nanoseconds"}};
-    const double mean = (value[rows - 1] - value[0]) / (double)(rows - 1);
-    for (size_t i = 0; i < sizeof units / sizeof units[0]; i++) {
-        const double scale = units[i].scale;
-        if (stated_hz > 0.0 && fabs(mean * scale * stated_hz - 1.0) <= rate_tolerance) {
-            (void)snprintf(text, room, "; its rate says that they are %s", units[i].unit);
-            return scale;
+/* A way to write a time without its unit. */
+typedef struct {
+    double scale;      /* seconds of one */
+    double since_1970; /* what 1970 is in it, in seconds */
+    double fastest;    /* steps of fewer seconds than that, were they seconds, are no seconds; 0: any may be them */
+    const char *unit, *name;
+} way_t;
+
+/* Days are written by spreadsheets and MATLAB. As seconds they would be those of hours at more than 100 kHz. */
+static const way_t ways[] = {
+    {1e-3, 0.0, 0.0, "ms", "milliseconds since 1970"},
+    {1e-6, 0.0, 0.0, "us", "microseconds since 1970"},
+    {1e-9, 0.0, 0.0, "ns", "nanoseconds since 1970"},
+    {1e-7, 11644473600.0, 0.0, NULL, "100 ns each since 1601"},
+    {1e-7, 62135596800.0, 0.0, NULL, "100 ns each since the year 1"},
+    {86400.0, 2209161600.0, 1e-5, NULL, "days since 1900"},
+    {86400.0, 62167219200.0 - 86400.0, 1e-5, NULL, "days since the year 0"},
+};
+
+/* A date by its name. */
+static bool is_date(const table_column_t *column) {
+    return strncasecmp(column->name, "dat", 3) == 0;
+}
+
+/* The way in which times are written that state no unit, where something else says it: a rate, or their size, which is
+ * that of a date (2001 to 2100) only in one. How it is known goes into `text`; NULL: nothing says it. */
+static const way_t *unsaid_way(const table_column_t *of, size_t rows, double stated_hz, char *text, size_t room) {
+    const double first = of->value[0], last = of->value[rows - 1], mean = (last - first) / (double)(rows - 1);
+    for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
+        const way_t *way = &ways[i];
+        if (way->unit != NULL && stated_hz > 0.0 && fabs(mean * way->scale * stated_hz - 1.0) <= rate_tolerance) {
+            (void)snprintf(text, room, "; its rate says that they are %s", way->unit);
+            return way;
         }
-        if (value[0] * scale >= earliest_s && value[rows - 1] * scale <= latest_s) {
-            (void)snprintf(text, room, "; %s since 1970, as their size says", units[i].name);
-            return scale;
+        if (first * way->scale - way->since_1970 >= earliest_s && last * way->scale - way->since_1970 <= latest_s &&
+            (way->fastest == 0.0 || mean < way->fastest || is_date(of))) {
+            (void)snprintf(text, room, "; %s, as their size says", way->name);
+            return way;
         }
     }
-    return 1.0;
+    return NULL;
 }
 
 static bool check_steps(const table_t *table, const double *stamp, double step, failure_t *failure) {
@@ -206,6 +228,45 @@ static bool refuse_whole(const table_column_t *column, size_t rows, failure_t *f
         column->number, column->name, step, 1e3 / step, 1e6 / step, 1.0 / step);
 }
 
+/* Whether all values are numbers, and go on by one. */
+static bool check_numeric(const table_t *table, const double *value, bool *by_one, failure_t *failure) {
+    *by_one = true;
+    for (size_t k = 0; k < table->rows; k++) {
+        if (!isfinite(value[k])) {
+            char text[40];
+            where(table, k, text, sizeof text);
+            return fail(failure, "%s: no time", text);
+        }
+        *by_one = *by_one && (k == 0 || value[k] - value[k - 1] == 1.0);
+    }
+    return true;
+}
+
+/* From a column of times, in its unit, or in the way that its size says. */
+static bool find_from_column(time_axis_t *axis, const table_t *table, const table_column_t *of, double scale,
+                             double stated_hz, failure_t *failure) {
+    char how[80] = "";
+    double since = 0.0;
+    if (of->unit[0] == '\0' && !of->clock) {
+        const way_t *const way = unsaid_way(of, table->rows, stated_hz, how, sizeof how);
+        scale = way != NULL ? way->scale : 1.0;
+        since = way != NULL ? way->since_1970 : 0.0;
+        axis->unit_taken = way == NULL && !(stated_hz > 0.0); /* a rate agrees, or is a problem */
+    }
+    if (axis->unit_taken && of->value[0] < earliest_s && are_whole(of->value, table->rows)) {
+        return refuse_whole(of, table->rows, failure);
+    }
+    double *stamp = allocate(table->rows, sizeof *stamp);
+    for (size_t k = 0; k < table->rows; k++) {
+        stamp[k] = scale * of->value[k] - since;
+    }
+    const bool found =
+        find_from_stamps(axis, table, stamp, stated_hz, of->clock ? day_s : scale * counts_of_32_bits, failure);
+    const size_t used = strlen(axis->text);
+    (void)snprintf(axis->text + used, sizeof axis->text - used, "%s", how);
+    return found;
+}
+
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure) {
     const double stated = given_rate_hz > 0.0 ? given_rate_hz : table->interval_s > 0.0 ? 1.0 / table->interval_s : 0.0;
@@ -220,46 +281,35 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
     double first = 0.0;
     if (column >= 0) {
         const table_column_t *of = &table->column[column];
-        double scale, *stamp;
+        double scale;
+        char ignored[80];
         const quantity_t quantity = unit_of(of->unit, &scale);
-        bool by_one = true;
+        bool by_one;
         first = of->value[0];
-        for (size_t k = 0; k < table->rows; k++) {
-            if (!isfinite(of->value[k])) {
-                char text[40];
-                where(table, k, text, sizeof text);
-                return fail(failure, "%s: no time", text);
-            }
-            by_one = by_one && (k == 0 || of->value[k] - of->value[k - 1] == 1.0);
+        if (!check_numeric(table, of->value, &by_one, failure)) {
+            return false;
         }
-        counts = counts || quantity == QUANTITY_INDEX;
+        /* "Ticks" of a clock are times, and no numbers of samples. */
+        counts = (counts && (by_one || of->unit[0] != '\0' ||
+                             unsaid_way(of, table->rows, 0.0, ignored, sizeof ignored) == NULL)) ||
+                 quantity == QUANTITY_INDEX;
         if (!counts && quantity != QUANTITY_TIME && of->unit[0] != '\0') {
             return fail(failure, "time is column %zu '%s' in %s, which is no unit of time: s, ms, us or min are",
                         of->number, of->name, of->unit);
         }
         if (!counts && !(by_one && stated > 0.0 && quantity == QUANTITY_UNKNOWN)) {
-            char how[80] = "";
-            if (of->unit[0] == '\0' && !of->clock) {
-                scale = unsaid_unit(of->value, table->rows, stated, how, sizeof how);
-                axis->unit_taken = how[0] == '\0' && !(stated > 0.0); /* a rate agrees, or is a problem */
-            }
-            if (axis->unit_taken && of->value[0] < earliest_s && are_whole(of->value, table->rows)) {
-                return refuse_whole(of, table->rows, failure);
-            }
-            stamp = allocate(table->rows, sizeof *stamp);
-            for (size_t k = 0; k < table->rows; k++) {
-                stamp[k] = scale * of->value[k];
-            }
-            const bool found =
-                find_from_stamps(axis, table, stamp, stated, of->clock ? day_s : scale * counts_of_32_bits, failure);
-            const size_t used = strlen(axis->text);
-            (void)snprintf(axis->text + used, sizeof axis->text - used, "%s", how);
-            return found;
+            return find_from_column(axis, table, of, scale, stated, failure);
         }
         if (stated > 0.0 && !check_numbers(table, of->value, failure)) {
             return false;
         }
         (void)snprintf(counter, sizeof counter, " (column %zu '%s' counts samples)", of->number, of->name);
+    }
+    if (!(stated > 0.0) && table->interval_unread > 0) {
+        return fail(failure,
+                    "no column of times, and the sample rate in line %zu is not understood%s: say it (hyst "
+                    "import --time or --sample-rate)",
+                    table->interval_unread, counter);
     }
     if (!(stated > 0.0)) {
         return fail(failure,
@@ -288,6 +338,21 @@ bool time_axis_later(const table_t *table, int first, int second, double step_s,
     }
     *later_s = sum / (double)table->rows;
     return high - low <= even_within * step_s;
+}
+
+bool time_axis_is_other(const table_t *table, int first, int second) {
+    const double *const a = table->column[first].value, *const b = table->column[second].value;
+    const size_t rows = table->rows;
+    double scale[2];
+    for (size_t k = 1; k < rows; k++) {
+        if (!(b[k] > b[k - 1])) {
+            return false;
+        }
+    }
+    (void)unit_of(table->column[first].unit, &scale[0]);
+    (void)unit_of(table->column[second].unit, &scale[1]);
+    const double span = scale[0] * (a[rows - 1] - a[0]), other = scale[1] * (b[rows - 1] - b[0]);
+    return rows > 1 && fabs(other - span) > rate_tolerance * fabs(span);
 }
 
 void time_axis_resample(const time_axis_t *axis, recording_t *recording) {

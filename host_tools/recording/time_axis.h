@@ -21,7 +21,8 @@ typedef struct {
  * repeat or go back, for numbers that leave one out, and without any rate.
  *
  * Stamps without a unit are in seconds; in thousandths, millionths or billionths, where a rate says so or where they
- * are then a time since 1970. A clock that begins anew at midnight, or a counter at 2^32, goes on.
+ * are then a time since 1970. So are Windows' steps of 100 ns, and the days of spreadsheets and MATLAB. A clock that
+ * begins anew at midnight, or a counter at 2^32, goes on.
  */
 bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool counts, double given_rate_hz,
                     failure_t *failure);
@@ -29,6 +30,9 @@ bool time_axis_find(time_axis_t *axis, const table_t *table, int column, bool co
 /** How much later the times of one column are than those of another, in s; false: not by the same for all rows, within
  * a quarter of a sample. */
 bool time_axis_later(const table_t *table, int first, int second, double step_s, double *later_s);
+
+/** Whether a second column rises all the time, but at another rate: times of other samples. */
+bool time_axis_is_other(const table_t *table, int first, int second);
 
 /** Resamples all columns at even instants, if needed. */
 void time_axis_resample(const time_axis_t *axis, recording_t *recording);

@@ -26,6 +26,7 @@ import instrument_files
 import binary_files
 import lab_day
 import found_files
+import other_labs
 import refused_files
 
 PAGE = """<!-- Written by tests/imports/exports.py, and compared by the test imports. -->
@@ -36,7 +37,7 @@ are refused with the reason. Every command reads these files; `hyst import` says
 options for what a file does not say. The libraries that write these formats wrote the files. Those of instruments are
 in the layout that their manuals print.
 
-What a column is, its name and its unit say. Words of names are English, German and French, some Italian and Spanish.
+What a column is, its name and its unit say. Words of names are English, German and French, some of other languages.
 What neither says is taken by its place only where nothing is left to choose; then a line says so. Where two columns
 could be the drive or the displacement, the file is refused, with the columns and the option to give.
 

@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* Powers of ten that are exact in a double. */
 static const double power_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
@@ -28,6 +29,10 @@ static bool read_slowly(const char *text, size_t length, char point, double *num
         if (comma != NULL) {
             *comma = '.';
         }
+    }
+    char *const power = strpbrk(copy, "dD");
+    if (power != NULL) {
+        *power = 'e';
     }
     *number = strtod(copy, NULL);
     return isfinite(*number);
@@ -56,7 +61,7 @@ bool decimal_read(const char *text, char point, double *number, const char **end
     if (!any) {
         return false;
     }
-    if (*at == 'e' || *at == 'E') {
+    if (*at != '\0' && strchr("eEdD", *at) != NULL) {
         const char *power = at + 1;
         bool below = false;
         if (*power == '+' || *power == '-') {
@@ -100,11 +105,48 @@ static double days_since_1970(int year, int month, int day) {
     return (double)era * 146097.0 + (double)days - 719468.0;
 }
 
+/* The number of a month that begins with three letters, English or German, 0: none; *at is behind the word. */
+static int read_month(const char **at) {
+    static const char *const names[] = {"jan", "feb", "mar", "apr", "may", "jun", "jul", "aug",
+                                        "sep", "oct", "nov", "dec", "mai", "okt", "dez"};
+    static const int numbers[] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 5, 10, 12};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (strncasecmp(*at, names[i], 3) == 0) {
+            *at += 3;
+            while (isalpha((unsigned char)**at)) {
+                ++*at;
+            }
+            return numbers[i];
+        }
+    }
+    return 0;
+}
+
+/* A date with the month in letters, and what stands behind it: 29-Nov-2026, 29 Nov 2026. */
+static bool read_named_date(const char **at, double *days) {
+    const char *text = *at;
+    int day, year;
+    if (!read_digits(&text, 1, 2, &day) || *text == '\0' || strchr("- ", *text) == NULL) {
+        return false;
+    }
+    const char between = *text++;
+    const int month = read_month(&text);
+    if (month == 0 || *text++ != between || !read_digits(&text, 4, 4, &year) || *text != ' ' || day < 1 || day > 31) {
+        return false;
+    }
+    *days = days_since_1970(year, month, day);
+    *at = text + 1;
+    return true;
+}
+
 /* A date and a blank or 'T' behind it: 2026-11-23, 2026/11/23, 23.11.2026; or 23/11/2026, of which day and month are
  * not told apart: *days is then 0. false: there is none, *at stays. */
 static bool read_date(const char **at, double *days) {
     const char *text = *at;
     int first, month, last;
+    if (read_named_date(at, days)) {
+        return true;
+    }
     if (!read_digits(&text, 1, 4, &first) || strchr("-/.", *text) == NULL || *text == '\0') {
         return false;
     }

@@ -7,9 +7,9 @@
 #include <stddef.h>
 
 /**
- * Reads a finite decimal number that `text` begins with: sign, digits with one `point` ('.' or ','), exponent. No
- * blanks, "nan", "inf" or hexadecimal. *end: the character after it. The result is the nearest double, like that of
- * strtod. False if there is none.
+ * Reads a finite decimal number that `text` begins with: sign, digits with one `point` ('.' or ','), exponent behind e
+ * or d (Fortran). No blanks, "nan", "inf" or hexadecimal. *end: the character after it. The result is the nearest
+ * double, like that of strtod. False if there is none.
  */
 bool decimal_read(const char *text, char point, double *number, const char **end);
 
@@ -30,6 +30,7 @@ size_t decimal_write_nano(char *text, double number);
 
 /**
  * A time of day, with or without a date before it: "10:00:00.25", "2026-11-23 10:00:00,25", "23.11.2026 10:00:00",
+ * "23-Nov-2026 10:00:00",
  * "2026-11-23T10:00:00Z", "9:00:00 PM", "10:00:00:250", "0 days 10:00:00"; or minutes and seconds with a fraction,
  * "12:30.5". In seconds since midnight, or since 1970 where there is a date. Of "11/12/2026" day and month are not told
  * apart: such a date is left out. So is a time zone. Point or comma before the fraction. Nothing behind `length`

@@ -2,12 +2,13 @@
 #include "recording/table/table.h"
 #include "base/shown_name.h"
 #include "recording/table/units.h"
+#include <ctype.h>
 #include <errno.h>
 #include <stdarg.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <zlib.h>
 
 void table_open(table_t *table, const char *path, const char *kind) {
@@ -44,6 +45,7 @@ void table_free(table_t *table) {
     free(table->damage);
     free(table->unnamed);
     free(table->unnamed_line);
+    free(table->partial);
     free(table->passed_before);
     memset(table, 0, sizeof *table);
 }
@@ -80,6 +82,7 @@ void table_add(table_t *table, const char *name, const char *unit, const char *w
     column->value = value;
     column->number = table->columns;
     column->clock = false;
+    column->scaled = false;
 }
 
 void table_note(table_t *table, const char *format, ...) {
@@ -92,31 +95,56 @@ void table_note(table_t *table, const char *format, ...) {
     table->note[table->notes++] = copy_text(text);
 }
 
+/* Whether a name is that one, but for capitals and what joins words. */
+static bool is_called(const char *name, const char *wanted) {
+    while (*name != '\0') {
+        if (*name != '_' && *name != ' ') {
+            if (tolower((unsigned char)*name) != *wanted++) {
+                return false;
+            }
+        }
+        name++;
+    }
+    return *wanted == '\0';
+}
+
 /* A single number that says how the rest was sampled. */
 static bool take_rate(table_t *table, const char *name, double number) {
     static const struct {
         const char *name;
         bool rate;
     } known[] = {{"fs", true},
-                 {"sample_rate", true},
-                 {"sample_rate_hz", true},
-                 {"sampling_rate", true},
-                 {"sampling_frequency", true},
+                 {"samplerate", true},
+                 {"samplingrate", true},
+                 {"samplefrequency", true},
+                 {"samplingfrequency", true},
+                 {"framerate", true},
+                 {"sr", true},
                  {"rate", true},
                  {"dt", false},
                  {"ts", false},
                  {"tinterval", false},
                  {"samplingperiod", false},
                  {"sampletime", false},
+                 {"timestep", false},
                  {"interval", false},
-                 {"sample_interval", false}};
+                 {"samplinginterval", false},
+                 {"sampleinterval", false}};
     const char *last = name + strlen(name);
+    char plain[UNIT_FIELD], unit[UNIT_FIELD];
+    double scale = 1.0;
     while (last > name && last[-1] != '.' && last[-1] != '/') {
         last--;
     }
+    if (snprintf(plain, sizeof plain, "%s", last) >= (int)sizeof plain) {
+        return false;
+    }
+    unit_split(plain, unit, "_");
+    const quantity_t quantity = unit_of(unit, &scale);
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        if (number > 0.0 && strcasecmp(last, known[i].name) == 0) {
-            table_set_interval(table, known[i].rate ? 1.0 / number : number, name);
+        const bool fits = unit[0] == '\0' || quantity == (known[i].rate ? QUANTITY_FREQUENCY : QUANTITY_TIME);
+        if (number > 0.0 && fits && is_called(plain, known[i].name)) {
+            table_set_interval(table, known[i].rate ? 1.0 / (number * scale) : number * scale, name);
             return true;
         }
     }
@@ -189,6 +217,9 @@ enum { HEAD = 32 };
 
 #define UNIVERSAL_FILE "a Universal File (UFF), as vibrometers write: export the signals as text"
 
+#define PACKED     "packed in another way than gzip: unpack it first"
+#define SCOPE_FILE "an oscilloscope's own file: export the waveforms as CSV"
+
 static const signature_t signatures[] = {
     {"\x89HDF\r\n\x1a\n", 8, table_read_hdf5, "HDF5"},
     {"MATLAB 5.0 MAT-file", 19, table_read_matlab, "a MATLAB file"},
@@ -201,12 +232,52 @@ static const signature_t signatures[] = {
     {"\x89PNG", 4, NULL, "a picture, no measurements"},
     {"    -1\n", 7, NULL, UNIVERSAL_FILE},
     {"    -1\r", 7, NULL, UNIVERSAL_FILE},
+    {"BZh", 3, NULL, PACKED},
+    {"\xFD\x37zXZ", 5, NULL, PACKED},
+    {"\x28\xB5\x2F\xFD", 4, NULL, PACKED},
+    {"7z\xBC\xAF", 4, NULL, PACKED},
+    {"Rar!", 4, NULL, PACKED},
+    {"RIFF", 4, NULL, "a sound file, whose numbers are parts of full scale: export volts as CSV"},
+    {"{\\rtf", 5, NULL, "a text with fonts (RTF): save it as plain text"},
+    {"PAR1", 4, NULL, "a Parquet file: save it as CSV, or as NumPy arrays"},
+    {"ARROW1", 6, NULL, "an Arrow file: save it as CSV, or as NumPy arrays"},
+    {"SQLite format 3", 15, NULL, "a data base: export the table as CSV"},
+    {":WFM", 4, NULL, SCOPE_FILE},
+    {"WFMP", 4, NULL, SCOPE_FILE},
+    {"<", 1, NULL, "HTML or XML, no table of measurements as text: save it as CSV"},
+    {"[[", 2, NULL, "JSON, no table of measurements: save it as CSV"},
+    {"[{", 2, NULL, "JSON, no table of measurements: save it as CSV"},
+    {"[\n", 2, NULL, "JSON, no table of measurements: save it as CSV"},
     {"{", 1, NULL, "JSON (a model of this project?), no table of measurements"},
     {"\xd0\xcf\x11\xe0", 4, NULL, "an old Excel workbook: save it as CSV"},
 };
 
+/* MATLAB's version 4 begins with numbers: type, size, whether it is complex, and the length of the name. */
+static bool is_matlab_4(const char head[HEAD], size_t length) {
+    int32_t number[5];
+    char name = 0;
+    if (length < sizeof number + 1) {
+        return false;
+    }
+    memcpy(number, head, sizeof number);
+    memcpy(&name, head + sizeof number, 1);
+    const bool type = number[0] >= 0 && number[0] <= 52 && number[0] % 10 <= 2;
+    const bool size = number[1] > 0 && number[2] > 0 && (number[3] == 0 || number[3] == 1);
+    return type && size && number[4] > 1 && number[4] <= 64 && isalpha((unsigned char)name);
+}
+
 /* NULL: none of them. */
 static const signature_t *find_signature(const char head[HEAD], size_t length) {
+    static const signature_t matlab_4 = {"", 0, table_read_matlab, "a MATLAB file"}, lecroy = {"", 0, NULL, SCOPE_FILE};
+    static const char wavedesc[] = "WAVEDESC"; /* behind "#9" and a length */
+    if (is_matlab_4(head, length)) {
+        return &matlab_4;
+    }
+    for (size_t i = 0; i + strlen(wavedesc) <= length && i < HEAD / 2; i++) {
+        if (memcmp(head + i, wavedesc, strlen(wavedesc)) == 0) {
+            return &lecroy;
+        }
+    }
     for (size_t i = 0; i < sizeof signatures / sizeof signatures[0]; i++) {
         if (length >= signatures[i].length && memcmp(head, signatures[i].bytes, signatures[i].length) == 0) {
             return &signatures[i];
@@ -226,7 +297,7 @@ static const signature_t *find_packed(const char *path) {
     return got > 0 ? find_signature(head, (size_t)got) : NULL;
 }
 
-bool table_read(table_t *table, const char *path, failure_t *failure) {
+static bool read_any(table_t *table, const char *path, failure_t *failure) {
     char head[HEAD] = {0};
     size_t length;
     FILE *file = fopen(path, "rb");
@@ -255,4 +326,12 @@ bool table_read(table_t *table, const char *path, failure_t *failure) {
                     signature->read != NULL ? ": only text is read from gzip, unpack it first (gunzip)" : "");
     }
     return table_read_text(table, path, failure);
+}
+
+bool table_read(table_t *table, const char *path, failure_t *failure) {
+    const bool good = read_any(table, path, failure);
+    if (good) {
+        table_join_times(table);
+    }
+    return good;
 }

@@ -8,7 +8,7 @@
  *     text       separated by comma, semicolon, tab, bar or blanks; decimal point or comma; with or without names,
  *                units, quotes and header lines (oscilloscopes, LabVIEW .lvm, NumPy savetxt, spreadsheets);
  *                UTF-8, UTF-16 or Latin-1; LF or CR LF. table_text.c
- *     MATLAB     .mat of versions 5 to 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
+ *     MATLAB     .mat of versions 4, 5 and 7.3: every vector of numbers, and every column of a matrix. table_matlab.c
  *     NumPy      .npy and .npz: arrays of one or two dimensions, and structured ones. table_numpy.c
  *     HDF5       data sets of one or two dimensions, in groups, too. table_hdf5.c
  *     gzip       of any text. text_source.c. Of other kinds it is refused.
@@ -20,6 +20,7 @@
 
 #include "base/failure.h"
 #include "recording/table/column.h"
+#include "recording/table/units.h"
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -31,7 +32,14 @@ typedef struct {
     double *value; /**< one value per row; not finite where a binary file has such values */
     size_t number; /**< of the column in the file, from 1 */
     bool clock;    /**< the values were written as times of day */
+    bool scaled;   /**< a line of the header states a factor for them */
 } table_column_t;
+
+/** A unit that a text names, but not of which column. */
+typedef struct {
+    size_t line;  /**< counted from 1; 0: none */
+    double scale; /**< as unit_of has it, never 1 */
+} unit_hint_t;
 
 typedef struct {
     char *source; /**< the path */
@@ -42,6 +50,7 @@ typedef struct {
     double start_s;                /**< time of row number 0, as the file states it; 0: it does not */
     char *role_unit[COLUMN_COUNT]; /**< that a header key states for a column of a recording ("drive_unit: mV"), or NULL
                                     */
+    size_t interval_unread;        /**< line of an interval or a rate that is not understood, counted from 1; 0: none */
     char *interval_origin;         /**< where it is stated ("header line 3: Sample Interval"), or NULL */
     unsigned long first_line;      /**< of a text: line of row 0, counted from 1; else 0 */
     size_t passed, *passed_before; /**< of a text: lines among the data that are none, and the row behind each */
@@ -49,6 +58,8 @@ typedef struct {
                        what else is wrong shows as well; such a table makes no recording unless the caller asks for it
                      (import_table) */
     char *unnamed, *unnamed_line; /**< why words above the columns are not their names, and these words; or NULL */
+    char *partial;                /**< of a text: columns that have numbers in a part of the lines only, or NULL */
+    unit_hint_t unit_hint[QUANTITY_LENGTH + 1]; /**< by quantity: of times, voltages and lengths */
     size_t notes;
     char **note; /**< what was omitted, one line each */
 } table_t;
@@ -82,6 +93,10 @@ void table_set_interval(table_t *table, double interval_s, const char *origin);
  * ("pos_nm"). `value` is in rows (C order) if row_major, copied. */
 void table_add_array(table_t *table, const char *name, const double *value, size_t rows, size_t columns,
                      bool row_major);
+
+/** Where no column of times rises all the time, but one of whole seconds does together with one of their parts ("ms",
+ * "nsecs"), the former becomes the sum of both, and is called so. */
+void table_join_times(table_t *table);
 
 /** What is said of a file without any signal that has objects of MATLAB. */
 #define MATLAB_OBJECTS "; objects of MATLAB classes (table, timeseries) are not read: save their columns as arrays"

@@ -4,8 +4,21 @@
 #include "recording/table/hdf5_text.h"
 #include "recording/table/table.h"
 #include "recording/table/units.h"
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* A number that is an attribute; false: there is none. */
+static bool read_number(hid_t object, const char *name, double *number) {
+    bool good = false;
+    if (H5Aexists(object, name) > 0) {
+        const hid_t attribute = H5Aopen(object, name, H5P_DEFAULT), space = H5Aget_space(attribute);
+        good = H5Sget_simple_extent_npoints(space) == 1 && H5Aread(attribute, H5T_NATIVE_DOUBLE, number) >= 0;
+        H5Sclose(space);
+        H5Aclose(attribute);
+    }
+    return good;
+}
 
 static void read_rate(table_t *table, hid_t object) {
     static const struct {
@@ -14,14 +27,8 @@ static void read_rate(table_t *table, hid_t object) {
     } attributes[] = {{"sample_rate_hz", true}, {"sample_rate", true}, {"fs", true}, {"rate", true}, {"dt", false}};
     for (size_t i = 0; i < sizeof attributes / sizeof attributes[0]; i++) {
         double number = 0.0;
-        if (H5Aexists(object, attributes[i].name) > 0) {
-            hid_t attribute = H5Aopen(object, attributes[i].name, H5P_DEFAULT), space = H5Aget_space(attribute);
-            if (H5Sget_simple_extent_npoints(space) == 1 && H5Aread(attribute, H5T_NATIVE_DOUBLE, &number) >= 0 &&
-                number > 0.0) {
-                table_set_interval(table, attributes[i].rate ? 1.0 / number : number, attributes[i].name);
-            }
-            H5Sclose(space);
-            H5Aclose(attribute);
+        if (read_number(object, attributes[i].name, &number) && number > 0.0) {
+            table_set_interval(table, attributes[i].rate ? 1.0 / number : number, attributes[i].name);
         }
     }
 }
@@ -55,35 +62,111 @@ static bool is_matlab_number(hid_t set) {
            H5Aexists(set, "MATLAB_empty") <= 0;
 }
 
+enum { MOST_DIMENSIONS = 8 };
+
+/* The size of a data set without dimensions of one element; false: more than two are left, or nothing is. */
+static bool get_size(hid_t space, hsize_t size[2]) {
+    hsize_t all[MOST_DIMENSIONS];
+    const int rank = H5Sget_simple_extent_ndims(space);
+    int kept = 0;
+    size[0] = size[1] = 1;
+    if (rank < 0 || rank > MOST_DIMENSIONS) {
+        return false;
+    }
+    H5Sget_simple_extent_dims(space, all, NULL);
+    for (int i = 0; i < rank; i++) {
+        if (all[i] != 1 && kept++ < 2) {
+            size[kept - 1] = all[i];
+        }
+    }
+    return kept <= 2 && size[0] > 0 && size[1] > 0 && size[0] * size[1] <= (hsize_t)1 << 32;
+}
+
+/* Whether an attribute says that the numbers are multiplied by something, but not that this is still to be done. */
+static bool has_factor(hid_t set) {
+    static const char *const names[] = {"scale", "Scale", "gain", "Gain", "factor", "sensitivity", "calibration"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        double factor;
+        if (read_number(set, names[i], &factor) && factor != 1.0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Numbers that are packed as the conventions of climate and forecast say, as netCDF writes them. */
+static void unpack(hid_t set, double *value, size_t count) {
+    double factor = 1.0, offset = 0.0, none;
+    const bool packed = read_number(set, "scale_factor", &factor) || H5Aexists(set, "add_offset") > 0,
+               holes = read_number(set, "_FillValue", &none);
+    (void)read_number(set, "add_offset", &offset);
+    for (size_t i = 0; (packed || holes) && i < count; i++) {
+        value[i] = holes && value[i] == none ? (double)NAN : factor * value[i] + offset;
+    }
+}
+
+/* Attributes: the unit, and the name of one signal. */
+static void take_attributes(table_t *table, hid_t set, const char *name, size_t before) {
+    static const char *const units[] = {"units", "unit", "Units", "Unit"};
+    char unit[64] = "", origin[HDF5_TEXT];
+    for (size_t i = 0; i < sizeof units / sizeof units[0] && unit[0] == '\0'; i++) {
+        hdf5_read_text(set, units[i], unit, sizeof unit);
+    }
+    hdf5_read_text(set, "long_name", origin, sizeof origin);
+    const bool scaled = has_factor(set);
+    for (size_t i = before < table->columns ? before : 0; i < table->columns; i++) {
+        take_texts(&table->column[i], name, unit, origin);
+        table->column[i].scaled =
+            table->column[i].scaled || (scaled && strncmp(table->column[i].written, name, strlen(name)) == 0);
+    }
+    read_rate(table, set);
+}
+
+static void take_numbers(table_t *table, hid_t set, const char *name, const hsize_t size[2]) {
+    const size_t before = table->columns;
+    double *value = allocate((size_t)(size[0] * size[1]), sizeof *value);
+    if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
+        unpack(set, value, (size_t)(size[0] * size[1]));
+        table_add_array(table, name, value, (size_t)size[0], (size_t)size[1], true);
+        take_attributes(table, set, name, before);
+    } else {
+        table_note(table, "%s cannot be read", name);
+    }
+    free(value);
+}
+
+/* One field of all elements of a data set of structures, as NumPy and pandas write tables. */
+static void take_field(table_t *table, hid_t set, hid_t type, unsigned field, size_t rows) {
+    char *const name = H5Tget_member_name(type, field);
+    const H5T_class_t class = H5Tget_member_class(type, field);
+    const hid_t memory = H5Tcreate(H5T_COMPOUND, sizeof(double));
+    double *value = allocate(rows, sizeof *value);
+    if ((class == H5T_FLOAT || class == H5T_INTEGER) && name != NULL &&
+        H5Tinsert(memory, name, 0, H5T_NATIVE_DOUBLE) >= 0 &&
+        H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
+        table_add_array(table, name, value, rows, 1, true);
+    } else {
+        table_note(table, "%s is no array of real numbers", name != NULL ? name : "a field");
+    }
+    free(value);
+    H5Tclose(memory);
+    H5free_memory(name);
+}
+
 static void take(table_t *table, hid_t set, const char *name) {
     hid_t type = H5Dget_type(set), space = H5Dget_space(set);
-    const int rank = H5Sget_simple_extent_ndims(space);
     const H5T_class_t class = H5Tget_class(type);
-    hsize_t dims[2] = {1, 1};
-    if ((class == H5T_FLOAT || class == H5T_INTEGER) && rank <= 2 && is_matlab_number(set)) {
-        H5Sget_simple_extent_dims(space, dims, NULL);
-        if (dims[0] > 0 && dims[1] > 0 && dims[0] * dims[1] <= (hsize_t)1 << 32) {
-            const size_t before = table->columns;
-            double *value = allocate((size_t)(dims[0] * dims[1]), sizeof *value);
-            if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
-                char unit[64], origin[HDF5_TEXT];
-                table_add_array(table, name, value, (size_t)dims[0], (size_t)dims[1], true);
-                hdf5_read_text(set, "units", unit, sizeof unit);
-                if (unit[0] == '\0') {
-                    hdf5_read_text(set, "unit", unit, sizeof unit);
-                }
-                hdf5_read_text(set, "long_name", origin, sizeof origin);
-                for (size_t i = before < table->columns ? before : 0; i < table->columns; i++) {
-                    take_texts(&table->column[i], name, unit, origin);
-                }
-                read_rate(table, set);
-            } else {
-                table_note(table, "%s cannot be read", name);
-            }
-            free(value);
+    hsize_t size[2];
+    const bool sized = get_size(space, size);
+    if ((class == H5T_FLOAT || class == H5T_INTEGER) && sized && is_matlab_number(set)) {
+        take_numbers(table, set, name, size);
+    } else if (class == H5T_COMPOUND && sized && size[1] == 1) {
+        for (int i = 0; i < H5Tget_nmembers(type); i++) {
+            take_field(table, set, type, (unsigned)i, (size_t)size[0]);
         }
+        read_rate(table, set);
     } else {
-        table_note(table, "%s is no array of real numbers", name);
+        table_note(table, "%s is no array of real numbers%s", name, sized ? "" : " with one or two dimensions");
     }
     H5Sclose(space);
     H5Tclose(type);

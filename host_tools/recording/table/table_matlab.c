@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEEPEST = 6 };
+enum { DEEPEST = 6, MOST_CELLS = 64 };
 
 /* The numbers of an array in double, column after column, or NULL if it holds none. */
 static double *numbers_of(const matvar_t *variable, size_t count) {
@@ -104,6 +104,42 @@ static matvar_t *signal_of(matvar_t *structure, size_t index, const char *name, 
     return numbers;
 }
 
+/* The number of a field of a structure, which is one alone; false: it is something else. */
+static bool one_number(matvar_t *structure, unsigned field, size_t index, double *number) {
+    const matvar_t *const variable = Mat_VarGetStructFieldByIndex(structure, field, index);
+    if (variable == NULL || variable->rank != 2 || variable->dims[0] != 1 || variable->dims[1] != 1) {
+        return false;
+    }
+    double *const value = numbers_of(variable, 1);
+    if (value != NULL) {
+        *number = value[0];
+        free(value);
+    }
+    return value != NULL;
+}
+
+/* A structure for each sample: the fields that are one number in all of them are signals. false: no field is. */
+static bool take_samples(table_t *table, matvar_t *structure, size_t count, const char *name) {
+    const unsigned fields = Mat_VarGetNumberOfFields(structure);
+    char *const *names = Mat_VarGetStructFieldnames(structure);
+    bool any = false;
+    double *value = allocate(count, sizeof *value);
+    for (unsigned field = 0; field < fields && count > 2; field++) {
+        size_t k = 0;
+        while (k < count && one_number(structure, field, k, &value[k])) {
+            k++;
+        }
+        if (k == count) {
+            char text[256];
+            (void)snprintf(text, sizeof text, "%s.%s", name, names[field]);
+            table_add_array(table, text, value, count, 1, false);
+            any = true;
+        }
+    }
+    free(value);
+    return any;
+}
+
 static void take(table_t *table, matvar_t *variable, const char *name, int depth);
 
 /* NOLINTNEXTLINE(misc-no-recursion): at most DEEPEST structures in each other */
@@ -129,6 +165,18 @@ static void take_element(table_t *table, matvar_t *structure, size_t index, size
     }
 }
 
+/* The size of an array without dimensions of one element; false: more than two are left. */
+static bool get_size(const matvar_t *variable, size_t size[2]) {
+    size_t kept = 0;
+    size[0] = size[1] = 1;
+    for (int i = 0; i < variable->rank; i++) {
+        if (variable->dims[i] != 1 && kept++ < 2) {
+            size[kept - 1] = variable->dims[i];
+        }
+    }
+    return kept <= 2;
+}
+
 /* NOLINTNEXTLINE(misc-no-recursion): as above */
 static void take(table_t *table, matvar_t *variable, const char *name, int depth) {
     size_t count = 1;
@@ -136,17 +184,30 @@ static void take(table_t *table, matvar_t *variable, const char *name, int depth
         count *= variable->dims[i];
     }
     if (variable->class_type == MAT_C_STRUCT && depth < DEEPEST) {
+        if (take_samples(table, variable, count, name)) {
+            return;
+        }
         for (size_t i = 0; i < count; i++) {
             take_element(table, variable, i, count, name, depth);
         }
         return;
     }
-    if (variable->rank == 2 && count > 0) {
+    for (size_t i = 0; variable->class_type == MAT_C_CELL && i < count && i < MOST_CELLS && depth < DEEPEST; i++) {
+        char text[256];
+        matvar_t *const cell = Mat_VarGetCell(variable, (int)i);
+        (void)snprintf(text, sizeof text, "%s{%zu}", name, i + 1);
+        if (cell != NULL) {
+            take(table, cell, text, depth + 1);
+        }
+    }
+    if (variable->class_type == MAT_C_CELL) {
+        return;
+    }
+    size_t size[2];
+    if (get_size(variable, size) && count > 0) {
         double *value = numbers_of(variable, count);
         if (value != NULL) {
-            table_add_array(table, name, value, variable->dims[0], variable->dims[1], false);
-        }
-        if (value != NULL) {
+            table_add_array(table, name, value, size[0], size[1], false);
             free(value);
             return;
         }
@@ -161,7 +222,7 @@ bool table_read_matlab(table_t *table, const char *path, failure_t *failure) {
     if (file == NULL) {
         return fail(failure, "%s: a MATLAB file that cannot be read: is it whole?", path);
     }
-    table_open(table, path, "MATLAB 5");
+    table_open(table, path, Mat_GetVersion(file) == MAT_FT_MAT4 ? "MATLAB 4" : "MATLAB 5");
     while ((variable = Mat_VarReadNext(file)) != NULL) {
         const char *name = variable->name != NULL ? variable->name : "";
         objects += variable->class_type == MAT_C_OPAQUE ? 1 : 0;

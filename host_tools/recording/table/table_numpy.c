@@ -14,7 +14,8 @@ enum { MOST_FIELDS = 64 };
 
 typedef struct {
     char name[64];
-    char kind; /* 'f', 'i', 'u', 'b' */
+    char kind;    /* 'f', 'i', 'u', 'b' */
+    char unit[8]; /* of a date or a time difference, else "" */
     size_t size, offset;
     bool swapped;
 } array_field_t;
@@ -23,7 +24,7 @@ typedef struct {
     size_t fields, item; /* bytes an element */
     array_field_t field[MOST_FIELDS];
     bool fortran;
-    size_t rows, columns;
+    size_t rows, columns, dimensions;
     size_t data; /* where the numbers begin */
 } array_t;
 
@@ -35,6 +36,13 @@ static bool parse_type(const char *text, array_field_t *field) {
     field->swapped = (*text == '>' && little) || (*text == '<' && !little);
     if (strchr("<>|=", *text) != NULL && *text != '\0') {
         text++;
+    }
+    if (*text == 'M' || *text == 'm') { /* "<M8[ns]" */
+        const size_t length = strncmp(text + 1, "8[", 2) == 0 ? strcspn(text + 3, "]") : 0;
+        (void)snprintf(field->unit, sizeof field->unit, "%.*s", (int)length, text + 3);
+        field->kind = 'i';
+        field->size = sizeof(int64_t);
+        return length > 0 && length < sizeof field->unit;
     }
     field->kind = *text;
     if (*text == '\0' || strchr("fiub", *text) == NULL) {
@@ -87,6 +95,25 @@ static bool parse_fields(const char *descr, array_t *array) {
     return array->fields > 0;
 }
 
+/* "(400, 3)" into rows and columns. Dimensions of one element are none. false: more than two are left. */
+static bool parse_shape(const char *shape, array_t *array) {
+    const char *at = strchr(shape, '(');
+    size_t read = 0;
+    array->rows = array->columns = 1;
+    array->dimensions = 0;
+    while (at != NULL && isdigit((unsigned char)*(at + 1 + strspn(at + 1, " ")))) {
+        char *end;
+        const unsigned long long size = strtoull(at + 1, &end, 10);
+        if (size != 1) {
+            *(read == 0 ? &array->rows : &array->columns) = (size_t)size;
+            read++;
+        }
+        array->dimensions++;
+        at = *end == ',' ? end : NULL;
+    }
+    return read <= 2 && (array->dimensions > 0 || strncmp(shape + strspn(shape, " "), "()", 2) == 0);
+}
+
 static bool parse_header(const unsigned char *bytes, size_t length, array_t *array) {
     char *header;
     const char *descr, *order, *shape;
@@ -112,23 +139,8 @@ static bool parse_header(const unsigned char *bytes, size_t length, array_t *arr
     order = strstr(header, "'fortran_order':");
     shape = strstr(header, "'shape':");
     if (descr != NULL && order != NULL && shape != NULL && parse_fields(descr + 8, array)) {
-        const char *at = strchr(shape + 8, '(');
-        unsigned long long dims[2] = {1, 1};
-        size_t read = 0;
-        while (at != NULL && read < 2 && isdigit((unsigned char)*(at + 1 + strspn(at + 1, " ")))) {
-            char *end;
-            dims[read++] = strtoull(at + 1, &end, 10);
-            at = *end == ',' ? end : NULL;
-        }
-        const char *close = strchr(shape, ')');
-        size_t commas = 0;
-        for (const char *c = shape + 8; close != NULL && c < close; c++) {
-            commas += *c == ',';
-        }
         array->fortran = strstr(order, "True") == order + strlen("'fortran_order': ");
-        array->rows = (size_t)dims[0];
-        array->columns = (size_t)dims[1];
-        good = (read >= 1 || commas == 0) && commas <= 1 && array->rows > 0 && array->columns > 0 &&
+        good = parse_shape(shape + 8, array) && array->rows > 0 && array->columns > 0 &&
                array->rows <= SIZE_MAX / array->columns / array->item &&
                array->rows * array->columns * array->item <= length - array->data;
     }
@@ -169,17 +181,21 @@ static double number_at(const unsigned char *bytes, const array_field_t *field) 
     }
 }
 
-static bool take(table_t *table, const char *name, const unsigned char *bytes, size_t length) {
+static bool take(table_t *table, const char *name, const unsigned char *bytes, size_t length, size_t *dimensions) {
     array_t *array = allocate(1, sizeof *array);
     const bool good = parse_header(bytes, length, array);
+    *dimensions = array->dimensions;
     for (size_t f = 0; good && f < array->fields; f++) {
         const size_t count = array->rows * array->columns;
         double *value = allocate(count, sizeof *value);
         for (size_t i = 0; i < count; i++) {
             value[i] = number_at(bytes + array->data + i * array->item + array->field[f].offset, &array->field[f]);
         }
-        table_add_array(table, array->fields > 1 ? array->field[f].name : name, value, array->rows, array->columns,
-                        !array->fortran);
+        char called[80];
+        const bool unit = array->field[f].unit[0] != '\0';
+        (void)snprintf(called, sizeof called, "%.60s%s%s%s", array->fields > 1 ? array->field[f].name : name,
+                       unit ? " [" : "", array->field[f].unit, unit ? "]" : "");
+        table_add_array(table, called, value, array->rows, array->columns, !array->fortran);
         free(value);
     }
     free(array);
@@ -190,6 +206,7 @@ bool table_read_numpy(table_t *table, const char *path, failure_t *failure) {
     FILE *file = fopen(path, "rb");
     unsigned char *bytes = NULL;
     long length = -1;
+    size_t dimensions = 0;
     bool good = false;
     if (file != NULL && fseek(file, 0, SEEK_END) == 0 && (length = ftell(file)) > 0 && fseek(file, 0, SEEK_SET) == 0) {
         bytes = allocate((size_t)length, 1);
@@ -201,9 +218,10 @@ bool table_read_numpy(table_t *table, const char *path, failure_t *failure) {
     table_open(table, path, "NumPy array");
     if (!good) {
         fail(failure, "%s: %s", path, strerror(errno));
-    } else if (!take(table, "column", bytes, (size_t)length)) {
-        good = fail(failure,
-                    "%s: a NumPy file that is not whole, or no array of real numbers with one or two dimensions", path);
+    } else if (!take(table, "column", bytes, (size_t)length, &dimensions)) {
+        good = dimensions > 2 ? fail(failure, "%s: an array of %zu dimensions: save one run of it, samples by signals",
+                                     path, dimensions)
+                              : fail(failure, "%s: a NumPy file that is not whole, or no array of real numbers", path);
     } else if (table->columns == 0) {
         good = fail(failure, "%s: the array is no signal", path);
     }
@@ -231,10 +249,11 @@ bool table_read_numpy_archive(table_t *table, const char *path, failure_t *failu
             if (name_length > 4 && strcmp(stat.name + name_length - 4, ".npy") == 0) {
                 unsigned char *bytes = allocate((size_t)stat.size, 1);
                 char name[200];
+                size_t dimensions;
                 snprintf(name, sizeof name, "%.*s", (int)(name_length - 4), stat.name);
                 arrays = true;
                 if (zip_fread(file, bytes, stat.size) != (zip_int64_t)stat.size ||
-                    !take(table, name, bytes, (size_t)stat.size)) {
+                    !take(table, name, bytes, (size_t)stat.size, &dimensions)) {
                     table_note(table, "%s is no array of real numbers with one or two dimensions", name);
                 }
                 free(bytes);

@@ -8,6 +8,7 @@
 #include "recording/table/table.h"
 #include "recording/table/text_fields.h"
 #include "recording/table/text_header.h"
+#include "recording/table/text_hints.h"
 #include "recording/table/text_igor.h"
 #include "recording/table/text_names.h"
 #include "recording/table/text_signs.h"
@@ -27,10 +28,12 @@ enum {
 static const dialect_t dialects[] = {{',', '.'}, {';', '.'}, {'\t', '.'}, {';', ','}, {'\t', ','},
                                      {' ', '.'}, {' ', ','}, {'|', '.'},  {'|', ','}, {',', ','}};
 
-/* A line that is no data wherever it stands: a blank one, or a remark, "# pause". "#N/A" is data that is missing. */
+/* A line that is no data wherever it stands: a blank one, or a remark, "# pause", "% pause", "// pause". "#N/A" is data
+ * that is missing. */
 static bool is_passed_over(const char *line) {
     const char *at = line + strspn(line, " \t");
-    return *at == '\0' || (at[0] == '#' && (at[1] == ' ' || at[1] == '\t' || at[1] == '\0'));
+    return *at == '\0' || *at == '%' || strncmp(at, "//", 2) == 0 ||
+           (at[0] == '#' && (at[1] == ' ' || at[1] == '\t' || at[1] == '\0'));
 }
 
 /* The line before line `at`, blank ones apart, counted from 1; 0: none. */
@@ -151,10 +154,20 @@ static bool is_broken(const text_source_t *source, const layout_t *layout, size_
     if (text_line_shape(source->line[at], layout->dialect, kind) != fields) {
         return false;
     }
-    for (size_t j = 0, column = 0; j < fields && j < MOST_COLUMNS; j++) {
+    const char *line = source->line[at];
+    for (size_t j = 0, column = 0; line != NULL && j < fields && j < MOST_COLUMNS; j++) {
+        const char *field;
+        size_t length;
+        double number;
+        around_t around;
+        line = text_next_field(line, layout->dialect.separator, &field, &length);
         if (layout->number[j]) {
-            number_first = number_first || (column == 0 && kind[j] == FIELD_NUMBER);
-            numbers += kind[j] == FIELD_NUMBER ? 1 : 0;
+            /* "Unnamed: 0" is a name, where others have no word before their numbers */
+            const bool is_number =
+                text_field_kind(field, length, layout->dialect.point, &number, &around) == FIELD_NUMBER &&
+                (around.label_length == 0 || layout->around[j].label[0] != '\0');
+            number_first = number_first || (column == 0 && is_number);
+            numbers += is_number ? 1 : 0;
             column++;
         }
     }
@@ -172,6 +185,24 @@ static size_t first_line(const text_source_t *source, const layout_t *layout, si
         sure = above - 1;
     }
     return sure;
+}
+
+/* Columns that hold numbers in some of the lines, and nothing in others. */
+static void find_partial(const text_source_t *source, layout_t *layout) {
+    const size_t step = 1 + (layout->end - layout->begin) / SAMPLE_LINES;
+    size_t numbers[MOST_COLUMNS] = {0}, texts[MOST_COLUMNS] = {0}, lines = 0;
+    for (size_t i = layout->begin; i < layout->end; i += step) {
+        field_kind_t kind[MOST_COLUMNS];
+        const size_t fields = text_line_shape(source->line[i], layout->dialect, kind);
+        for (size_t j = 0; j < fields; j++) {
+            numbers[j] += kind[j] == FIELD_NUMBER;
+            texts[j] += kind[j] == FIELD_TEXT;
+        }
+        lines++;
+    }
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        layout->partial[j] = !layout->number[j] && texts[j] == 0 && numbers[j] * 10 >= lines && numbers[j] > 0;
+    }
 }
 
 static bool find_layout(const text_source_t *source, const char *path, layout_t *layout, failure_t *failure) {
@@ -211,6 +242,7 @@ static bool find_layout(const text_source_t *source, const char *path, layout_t 
     if (layout->begin < layout->end) {
         field_kind_t kind[MOST_COLUMNS];
         layout->fields = text_line_shape(source->line[layout->begin], layout->dialect, kind);
+        find_partial(source, layout);
     }
     return true;
 }
@@ -319,20 +351,22 @@ static bool are_names(const layout_t *layout, const char *line) {
     return count > 1 && count == layout->columns;
 }
 
-/* A file of several tables has the same names over each. Where they stand a second time, another one begins. `names`:
- * the line that had names last, counted from 1; 0: none. */
-static bool check_one_table(const text_source_t *source, const layout_t *layout, size_t line, size_t *names,
+/* A line of names among the data: another table begins, whose columns may be others. `names`: the line above the data,
+ * counted from 1; 0: none. */
+static bool check_one_table(const text_source_t *source, const layout_t *layout, size_t line, size_t names,
                             const char *path, failure_t *failure) {
     const char *text = source->line[line - 1];
-    if (!are_names(layout, text)) {
+    if (is_passed_over(text) ? !text_has_names(layout, text) : !are_names(layout, text)) {
         return true;
     }
-    if (*names > 0 && strcmp(source->line[*names - 1], text) == 0) {
+    if (names > 0 && strcmp(source->line[names - 1], text) == 0) {
         return fail(failure, "%s: line %zu has the names of line %zu again: another table begins; keep one in a file",
-                    path, line, *names);
+                    path, line, names);
     }
-    *names = line;
-    return true;
+    return fail(failure,
+                "%s: line %zu has names again, '%.60s': another table begins; keep one in a file, or the columns of "
+                "both side by side",
+                path, line, text);
 }
 
 /* A line before the next row is no data. There is room for a power of two. */
@@ -348,12 +382,15 @@ static void keep_passed(table_t *table) {
 static bool read_rows(table_t *table, const text_source_t *source, const layout_t *layout, double **value,
                       failure_t *failure) {
     size_t problems = 0, used = 0, missing = 0, longest = 0, before = 0;
-    size_t names = line_above(source, layout->begin);
+    const size_t names = line_above(source, layout->begin);
     char told[600] = "";
     for (size_t i = layout->begin; i < layout->end; i++) {
         double row[MOST_COLUMNS];
         odd_field_t odd;
         if (is_passed_over(source->line[i])) {
+            if (!check_one_table(source, layout, i + 1, names, table->source, failure)) {
+                return false;
+            }
             keep_passed(table);
             continue;
         }
@@ -366,7 +403,7 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
             table->rows++;
             continue;
         }
-        if (!check_one_table(source, layout, i + 1, &names, table->source, failure)) {
+        if (!check_one_table(source, layout, i + 1, names, table->source, failure)) {
             return false;
         }
         before += table->rows == before ? 1 : 0;
@@ -405,12 +442,29 @@ static bool read_rows(table_t *table, const text_source_t *source, const layout_
     return read >= 2 || fail(failure, "%s: the table ends after %zu rows of numbers", table->source, table->rows);
 }
 
+/* How the numbers of one column are written, in all lines. */
+static text_groups_t all_groups(const text_source_t *source, const layout_t *layout, size_t column) {
+    text_groups_t groups = {0};
+    for (size_t i = layout->begin; i < layout->end; i++) {
+        const char *at = source->line[i], *field = NULL;
+        size_t length = 0;
+        for (size_t j = 0; at != NULL && j <= column; j++) {
+            at = text_next_field(at, layout->dialect.separator, &field, &length);
+        }
+        if (fits(layout, source->line[i])) {
+            (void)text_groups_count(&groups, field, length);
+        }
+    }
+    return groups;
+}
+
 /* Fields of some lines of data: what of them is whole, and whether a column of numbers is lost to signs. */
 static bool check_signs(const text_source_t *source, const layout_t *layout, const char *path, failure_t *failure) {
     const size_t rows = layout->end - layout->begin, step = 1 + rows / SAMPLE_LINES;
     text_signs_t signs = {.whole = true};
     const bool commas = layout->dialect.separator == ',';
     size_t numbers[MOST_COLUMNS] = {0}, grouped[MOST_COLUMNS] = {0}, line_of[MOST_COLUMNS] = {0}, lines = 0;
+    text_groups_t groups[MOST_COLUMNS] = {{0}};
     bool short_one[MOST_COLUMNS], three[MOST_COLUMNS];
     memset(short_one, 1, sizeof short_one);
     memset(three, 1, sizeof three);
@@ -430,6 +484,9 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
                 grouped[j]++;
                 line_of[j] = i;
             }
+            if (is_number && text_groups_count(&groups[j], field, length)) {
+                line_of[j] = i;
+            }
             signs.whole = signs.whole && (!layout->number[j] || digits + sign == length);
             short_one[j] = short_one[j] && digits + sign == length && digits <= 3;
             three[j] = three[j] && sign == 0 && digits == 3;
@@ -439,7 +496,11 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
         lines++;
     }
     for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        if (!layout->number[j] && grouped[j] > 0 && (numbers[j] + grouped[j]) * 10 >= lines * 9) {
+        if (text_groups_are_even(&groups[j])) {
+            groups[j] = all_groups(source, layout, j);
+        }
+        if ((!layout->number[j] && grouped[j] > 0 && (numbers[j] + grouped[j]) * 10 >= lines * 9) ||
+            text_groups_are_thousands(&groups[j])) {
             return fail(
                 failure,
                 "%s: line %zu: column %zu has signs between thousands: '%.60s': export the numbers without them", path,
@@ -470,7 +531,8 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
     if (good && source.lines == 0) {
         good = fail(failure, "%s: empty file", path);
     }
-    good = good && find_layout(&source, path, layout, failure) && check_signs(&source, layout, path, failure);
+    good = good && (!text_is_igor(&source) || text_join_igor_waves(&source, path, failure)) &&
+           find_layout(&source, path, layout, failure) && check_signs(&source, layout, path, failure);
     if (good) {
         value = allocate(layout->columns, sizeof *value);
         for (size_t i = 0; i < layout->columns; i++) {
@@ -481,13 +543,14 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
         good = read_rows(table, &source, layout, value, failure);
         if (good) {
             text_name_columns(table, &source, layout, value);
+            text_find_unit_hints(table, (const char *const *)source.line, layout->begin, layout->end, source.lines);
             text_find_role_units(table, (const char *const *)source.line, layout->begin);
             text_find_further(table, (const char *const *)source.line, layout->begin);
             text_find_interval(table, (const char *const *)source.line,
                                layout->begin + SURE_LINES < source.lines ? layout->begin + SURE_LINES : source.lines,
-                               layout->dialect.separator, layout->dialect.point);
-            if (strncmp(source.line[0], "IGOR", 4) == 0) {
-                text_find_igor_scales(table, (const char *const *)source.line, layout->end, source.lines);
+                               layout->dialect);
+            if (text_is_igor(&source)) {
+                text_find_igor_scales(table, (const char *const *)source.line, 0, source.lines);
             }
             if (layout->end < source.lines && !text_is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;

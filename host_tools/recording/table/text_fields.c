@@ -86,10 +86,24 @@ static bool ends_with_unit(const char *at, const char *end, around_t *around) {
     return at == end || is_unit(at, around->unit_length);
 }
 
+/* "+ 5", as data loggers write: the number begins behind the blanks. Returns the sign's factor. */
+static double take_sign(const char **field, size_t *length) {
+    const size_t blanks = *length > 2 && strchr("+-", **field) != NULL ? strspn(*field + 1, " ") : 0;
+    const double sign = blanks > 0 && **field == '-' ? -1.0 : 1.0;
+    if (blanks > 0 && blanks + 1 < *length && strchr("+-", (*field)[blanks + 1]) == NULL) {
+        *field += blanks + 1;
+        *length -= blanks + 1;
+        return sign;
+    }
+    return 1.0;
+}
+
 /* A number, perhaps with its name before it and its unit behind it. */
 static field_kind_t number_kind(const char *field, size_t length, char point, double *number, around_t *around) {
+    const double sign = take_sign(&field, &length);
     const char *end, *const last = field + length;
     if (decimal_read(field, point, number, &end) && end <= last && ends_with_unit(end, last, around)) {
+        *number *= sign;
         const bool none = fabs(*number) >= scpi_infinity && fabs(*number) < scpi_beyond;
         return none ? FIELD_TEXT : FIELD_NUMBER;
     }

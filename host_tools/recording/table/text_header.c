@@ -8,12 +8,17 @@
 #include <string.h>
 #include <strings.h>
 
+enum { HEADER = 200 /* lines in which facts are looked for */ };
+
 static bool is_bracketed(const char *text) {
     const size_t length = strlen(text);
     return length >= 2 && ((text[0] == '(' && text[length - 1] == ')') || (text[0] == '[' && text[length - 1] == ']'));
 }
 
 void text_bare_unit(char *unit) {
+    if (strncasecmp(unit, "in ", 3) == 0) {
+        memmove(unit, unit + 3, strlen(unit + 3) + 1);
+    }
     if (is_bracketed(unit)) {
         const char *begin = unit + 1 + strspn(unit + 1, " ");
         size_t length = strlen(begin) - 1;
@@ -58,6 +63,12 @@ static bool is_one_of(const char *field, const char *const *keys, size_t count) 
 bool text_is_unit_key(const char *field) {
     static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit", "yunits",
                                        "units",         "unit",         "vunit",      "vunits"};
+    return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
+}
+
+bool text_is_scale_key(const char *field) {
+    static const char *const keys[] = {"scale",      "scalefactor", "scaling",    "factor",
+                                       "multiplier", "gain",        "skalierung", "faktor"};
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
@@ -130,6 +141,28 @@ size_t text_numbered(const char *const *line, size_t lines, const char *key, tex
     return count;
 }
 
+bool text_find_common_unit(const char *const *line, size_t lines, char *unit) {
+    unit[0] = '\0';
+    for (size_t i = 0; i < lines; i++) {
+        char key[60];
+        text_field_t value;
+        double scale;
+        if (!split_fact(line[i], key, &value) ||
+            (strcmp(key, "unit") != 0 && strcmp(key, "units") != 0 && strcmp(key, "baseunit") != 0)) {
+            continue;
+        }
+        value.text[strcspn(value.text, ":")] = '\0'; /* of R&S's first channel; others are in V, too */
+        text_bare_unit(value.text);
+        const quantity_t quantity = unit_of(value.text, &scale);
+        if ((quantity != QUANTITY_VOLTAGE && quantity != QUANTITY_LENGTH) ||
+            (unit[0] != '\0' && strcmp(unit, value.text) != 0)) {
+            return false;
+        }
+        snprintf(unit, TEXT_FIELD, "%s", value.text);
+    }
+    return unit[0] != '\0';
+}
+
 void text_find_role_units(table_t *table, const char *const *line, size_t lines) {
     for (size_t i = 0; i < lines; i++) {
         char key[60], wanted[60];
@@ -190,7 +223,13 @@ void text_find_further(table_t *table, const char *const *line, size_t lines) {
     }
 }
 
-typedef enum { IS_INTERVAL, IS_RATE, IS_START } interval_kind_t;
+typedef enum {
+    IS_INTERVAL,
+    IS_RATE,
+    IS_START,
+    IS_NAMED_BY_UNIT, /* one of both, as its unit says */
+    IS_BESIDE_START   /* an interval where the header has the start of times, too: R&S RTO */
+} interval_kind_t;
 
 typedef struct {
     const char *key;
@@ -213,6 +252,23 @@ static const interval_key_t interval_keys[] = {
     {"timeincrement", IS_INTERVAL, 1.0},
     {"horizinterval", IS_INTERVAL, 1.0},
     {"hresolution", IS_INTERVAL, 1.0},
+    {"timeinterval", IS_INTERVAL, 1.0},
+    {"timestep", IS_INTERVAL, 1.0},
+    {"scaninterval", IS_INTERVAL, 1.0},
+    {"scanperiod", IS_INTERVAL, 1.0},
+    {"samplingcycle", IS_INTERVAL, 1.0},
+    {"samplingtime", IS_INTERVAL, 1.0},
+    {"loginterval", IS_INTERVAL, 1.0},
+    {"logginginterval", IS_INTERVAL, 1.0},
+    {"samplingclock", IS_RATE, 1.0},
+    {"sampleclock", IS_RATE, 1.0},
+    {"acquisitionrate", IS_RATE, 1.0},
+    {"framerate", IS_RATE, 1.0},
+    {"loggingrate", IS_RATE, 1.0},
+    {"resolution", IS_BESIDE_START, 1.0},
+    {"xstart", IS_START, 1.0},
+    {"clock", IS_NAMED_BY_UNIT, 1.0},
+    {"sampling", IS_NAMED_BY_UNIT, 1.0},
     {"samplerate", IS_RATE, 1.0},
     {"sampleratehz", IS_RATE, 1.0},
     {"samplingrate", IS_RATE, 1.0},
@@ -233,11 +289,24 @@ static const interval_key_t interval_keys[] = {
     {"x0", IS_START, 1.0},
 };
 
-static const interval_key_t *find_key(const char *text, size_t length) {
+static bool has_start(const char *const *line, size_t lines) {
+    static const char *const keys[] = {"xstart"};
+    for (size_t i = 0; i < lines && line[i] != NULL; i++) {
+        char key[TEXT_FIELD];
+        snprintf(key, sizeof key, "%.*s", (int)strcspn(line[i], ":"), line[i]);
+        if (is_one_of(key, keys, 1)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* start: whether the header has the start of times. */
+static const interval_key_t *find_key(const char *text, size_t length, bool start) {
     char key[60];
     bare_key(text, length, key, sizeof key);
     for (size_t i = 0; i < sizeof interval_keys / sizeof interval_keys[0]; i++) {
-        if (strcmp(key, interval_keys[i].key) == 0) {
+        if (strcmp(key, interval_keys[i].key) == 0 && (interval_keys[i].kind != IS_BESIDE_START || start)) {
             return &interval_keys[i];
         }
     }
@@ -254,36 +323,65 @@ static double scale_in_key(const char *key, size_t length) {
     return quantity == QUANTITY_TIME || quantity == QUANTITY_FREQUENCY ? scale : 1.0;
 }
 
-/* The number behind a key: blanks, quotes and separators first, perhaps a unit behind it. */
-static bool take_value(table_t *table, const interval_key_t *key, double of_key, const char *at, char point,
-                       size_t line) {
-    char unit[TEXT_FIELD], text[TEXT_FIELD];
-    double number, scale = key->scale * of_key;
-    size_t length;
-    at += strspn(at, " \t\":=;,");
-    if (!decimal_read(at, point, &number, &at) || (key->kind != IS_START && !(number > 0.0))) {
-        return false;
+/* The unit behind a number: a word, in brackets perhaps; "mS" for ms. Returns whether one stands there. */
+static bool take_unit(const char *at, quantity_t *quantity, double *scale) {
+    char unit[TEXT_FIELD];
+    at += strspn(at, " \t([");
+    size_t length = strcspn(at, " \t\",;)]");
+    while (length > 0 && at[length - 1] == '.') {
+        length--;
     }
-    if (key->kind == IS_START) { /* alone in its field, or it is a date */
-        at += strspn(at, " \t\"");
-        if (*at == '\0' || strchr(",;", *at) != NULL || at[-1] == '\t') {
-            table->start_s = number;
-            return true;
-        }
-        return false;
-    }
-    at += strspn(at, " \t");
-    length = strcspn(at, " \t\",;");
     snprintf(unit, sizeof unit, "%.*s", (int)(length < sizeof unit ? length : sizeof unit - 1), at);
-    if (unit[0] != '\0') {
-        double of_unit;
-        const quantity_t quantity = unit_of(unit, &of_unit);
-        if (quantity == QUANTITY_TIME || quantity == QUANTITY_FREQUENCY) {
-            scale = of_unit;
-        }
+    *quantity = unit_of(unit, scale);
+    if (*quantity == QUANTITY_UNKNOWN && length == 2 && unit[1] == 'S' && strchr("mun", unit[0]) != NULL) {
+        unit[1] = 's';
+        *quantity = unit_of(unit, scale);
     }
+    return isalpha((unsigned char)unit[0]) || (unit[0] & 0x80) != 0 || strncmp(unit, "1/", 2) == 0;
+}
+
+/* The time of row number 0, alone in its field, or it is a date. */
+static bool take_start(table_t *table, double number, const char *at) {
+    at += strspn(at, " \t\"");
+    if (*at == '\0' || strchr(",;:", *at) != NULL || at[-1] == '\t') {
+        table->start_s = number;
+        return true;
+    }
+    return false;
+}
+
+/* Whether digits go on behind a sign that separates no fields: "1,000 Hz". */
+static bool is_grouped(const char *begin, const char *end, char separator) {
+    return end > begin && strchr(",.'", *end) != NULL && *end != '\0' && *end != separator &&
+           isdigit((unsigned char)end[1]) != 0;
+}
+
+/* The number behind a key: blanks, quotes and separators first, perhaps a unit behind it. A unit that is none of times
+ * and rates, or a number that goes on, is not understood. */
+static bool take_value(table_t *table, const interval_key_t *key, double of_key, const char *at, dialect_t dialect,
+                       size_t line) {
+    char text[TEXT_FIELD];
+    double number, scale = key->scale * of_key, of_unit;
+    quantity_t quantity;
+    at += strspn(at, " \t\":=;,");
+    const char *const begin = at;
+    if (!decimal_read(at, dialect.point, &number, &at) || (key->kind != IS_START && !(number > 0.0))) {
+        return false;
+    }
+    if (key->kind == IS_START) {
+        return take_start(table, number, at);
+    }
+    const bool has_unit = take_unit(at, &quantity, &of_unit);
+    const bool timed = quantity == QUANTITY_TIME || quantity == QUANTITY_FREQUENCY;
+    if (is_grouped(begin, at, dialect.separator) || (!timed && key->kind == IS_NAMED_BY_UNIT) ||
+        (!timed && has_unit && quantity != QUANTITY_INDEX)) {
+        table->interval_unread = key->kind != IS_NAMED_BY_UNIT ? line : table->interval_unread;
+        return false;
+    }
+    const bool rate = timed ? quantity == QUANTITY_FREQUENCY : key->kind == IS_RATE;
+    scale = timed ? of_unit : scale;
     snprintf(text, sizeof text, "line %zu: %s", line, key->key);
-    table_set_interval(table, key->kind == IS_RATE ? 1.0 / (number * scale) : number * scale, text);
+    table_set_interval(table, rate ? 1.0 / (number * scale) : number * scale, text);
     return true;
 }
 
@@ -300,31 +398,38 @@ static const char *field_at(const char *line, char separator, size_t index) {
     return at;
 }
 
-static void find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
-    for (size_t i = 0; i < lines && i < 200 && line[i] != NULL; i++) {
+/* The key that a field is, of those that are still looked for: behind an interval the start of times alone. */
+static const interval_key_t *wanted_key(const char *field, bool found, bool start) {
+    const interval_key_t *const key = find_key(field, strcspn(field, ":=,;\t\"[("), start);
+    return found && !(start && key != NULL && key->kind == IS_START) ? NULL : key;
+}
+
+/* What a key says, in its own field or the next one, or in the row of values below it. Returns whether that is an
+ * interval. */
+static bool take_fact(table_t *table, const interval_key_t *key, const char *const *line, size_t i, const char *at,
+                      size_t index, dialect_t dialect) {
+    const size_t length = strcspn(at, ":=,;\t\"");
+    const double of_key = scale_in_key(at, length);
+    bool taken = at[length] != '\0' && take_value(table, key, of_key, at + length, dialect, i + 1);
+    const bool number = isdigit((unsigned char)at[length + strspn(at + length, " \t\":=;,")]) != 0;
+    if (!taken && !number && line[i + 1] != NULL) {
+        const char *const below = field_at(line[i + 1], dialect.separator, index);
+        taken = below != NULL && take_value(table, key, of_key, below, dialect, i + 2);
+    }
+    return taken && key->kind != IS_START;
+}
+
+static void find_interval(table_t *table, const char *const *line, size_t lines, dialect_t dialect) {
+    lines = lines < HEADER ? lines : HEADER;
+    const bool start = has_start(line, lines);
+    bool found = false;
+    for (size_t i = 0; i + 1 < lines && line[i] != NULL; i++) {
         const char *at = line[i] + strspn(line[i], "#%/! \t\"");
-        size_t index = 0;
-        while (at != NULL && *at != '\0') {
-            const size_t length = strcspn(at, ":=,;\t\"");
-            const interval_key_t *key = find_key(at, strcspn(at, ":=,;\t\"[("));
-            const double of_key = key != NULL ? scale_in_key(at, length) : 1.0;
-            const bool beside =
-                key != NULL && at[length] != '\0' && take_value(table, key, of_key, at + length, point, i + 1);
-            if (key != NULL && !beside && i + 1 < lines && line[i + 1] != NULL) { /* keys over a row of values */
-                const char *below = field_at(line[i + 1], separator, index);
-                if (below != NULL && take_value(table, key, of_key, below, point, i + 2) && key->kind != IS_START) {
-                    return;
-                }
-            }
-            if (beside && key->kind != IS_START) {
-                return;
-            }
-            at = strchr(at, separator);
-            at = at != NULL ? at + 1 : NULL;
-            index++;
-            if (at != NULL) {
-                at += strspn(at, " \"");
-            }
+        for (size_t index = 0; at != NULL && *at != '\0'; index++) {
+            const interval_key_t *const key = wanted_key(at, found, start);
+            found = (key != NULL && take_fact(table, key, line, i, at, index, dialect)) || found;
+            at = strchr(at, dialect.separator);
+            at = at != NULL ? at + 1 + strspn(at + 1, " \"") : NULL;
         }
     }
 }
@@ -348,9 +453,9 @@ static double scale_beside(const char *const *line, size_t lines) {
     return 1.0;
 }
 
-void text_find_interval(table_t *table, const char *const *line, size_t lines, char separator, char point) {
-    find_interval(table, line, lines, separator, point);
+void text_find_interval(table_t *table, const char *const *line, size_t lines, dialect_t dialect) {
+    find_interval(table, line, lines, dialect);
     if (table->interval_s > 0.0 && strstr(table->interval_origin, "hresolution") != NULL) {
-        table->interval_s *= scale_beside(line, lines < 200 ? lines : 200);
+        table->interval_s *= scale_beside(line, lines < HEADER ? lines : HEADER);
     }
 }

@@ -4,6 +4,12 @@
 #define TEXT_IGOR_H
 
 #include "recording/table/table.h"
+#include "recording/table/text_source.h"
+
+bool text_is_igor(const text_source_t *source);
+
+/** Waves that stand in blocks one below the other become one block, side by side. False: they differ in length. */
+bool text_join_igor_waves(text_source_t *source, const char *path, failure_t *failure);
 
 /** From lines such as `X SetScale/P x 0,0.001,"s", drive; SetScale y 0,0,"V", drive`: interval and start of the table,
  * and units of the columns that have none. */

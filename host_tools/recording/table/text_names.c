@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/table/text_names.h"
+#include "recording/table/column_words.h"
 #include "recording/table/decimal.h"
 #include "recording/table/text_header.h"
 #include <stdio.h>
@@ -119,6 +120,7 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
     text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
     for (size_t i = layout->begin; i > 0; i--) {
         size_t count = split_names(source->line[i - 1], layout, least, field), empty = 0;
+        bool prose = false;
         if (count < least || !is_key(field[0].text)) {
             continue;
         }
@@ -130,6 +132,10 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
                 field[j].text[0] = '\0';
             }
             empty += field[j].text[0] == '\0';
+            prose = prose || strchr(field[j].text, '=') != NULL; /* "drive=mV" */
+        }
+        if (prose) {
+            continue;
         }
         if (count > least && empty > 0 && least == layout->columns) {
             count = close_gaps(field, count, least) ? count : 0;
@@ -206,6 +212,49 @@ static bool are_units(const text_field_t *field, const layout_t *layout, size_t 
     return all && known;
 }
 
+/* A line of units behind its key, "unit,s,um,V": they are found where names are. */
+static bool are_keyed_units(const text_field_t *field, size_t count, size_t least) {
+    bool all = count >= least && least > 1 && text_is_unit_key(field[0].text);
+    for (size_t j = 1; all && j < least; j++) {
+        all = text_is_unit(field[j].text);
+    }
+    return all;
+}
+
+/* A field of nothing but signs, as lines are drawn under names. */
+static bool is_drawn(const char *text) {
+    return text[0] != '\0' && text[strspn(text, "-=_+:*. ")] == '\0' && strpbrk(text, "-=_") != NULL;
+}
+
+/* A number with a unit behind it, "1.000 kHz": a fact, and no name. */
+static bool is_fact(const char *text) {
+    const size_t length = strlen(text);
+    for (const char *point = ".,"; *point != '\0'; point++) {
+        double number;
+        around_t around;
+        if (text_field_kind(text, length, *point, &number, &around) == FIELD_NUMBER && around.unit_length > 0 &&
+            around.label_length == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether a line of the header has neither names nor units over the columns: lines that are drawn, or facts. */
+static bool is_no_head(const text_field_t *field, size_t count) {
+    bool drawn = count > 0;
+    if (count > 1 && text_is_scale_key(field[0].text)) {
+        return true;
+    }
+    for (size_t j = 0; j < count; j++) {
+        if (is_fact(field[j].text)) {
+            return true;
+        }
+        drawn = drawn && (field[j].text[0] == '\0' || is_drawn(field[j].text));
+    }
+    return drawn;
+}
+
 /* The line of names above the data, and that of units below it; below that may be one of remarks (Origin). Both are to
  * be freed, and NULL where there is none. */
 static void find_heads(const text_source_t *source, const layout_t *layout, size_t least, text_field_t **names,
@@ -216,6 +265,10 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
         if (!text_is_blank(source->line[i - 1])) {
             fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout, least, fields[found]);
+            if (is_no_head(fields[found], count[found]) || are_keyed_units(fields[found], count[found], least)) {
+                free(fields[found]);
+                continue;
+            }
             if (of_units == HEADS && count[found] > 0 && are_units(fields[found], layout, least)) {
                 of_units = found;
             }
@@ -248,6 +301,36 @@ static text_field_t *names_behind_numbers(const text_source_t *source, const lay
     }
     free(field);
     return NULL;
+}
+
+/* Whether a field is a name of which a word or the unit is known. */
+static bool is_known_name(const text_field_t *field) {
+    char name[TEXT_FIELD], unit[TEXT_FIELD];
+    double scale;
+    snprintf(name, sizeof name, "%s", field->text);
+    unit_split(name, unit, "/_ ,:");
+    const unsigned words = column_words_read(name, name + strlen(name)).stands_for;
+    return (words & ~(unsigned)(WORD_NOTHING | WORD_OTHER)) != 0 || unit_of(unit, &scale) != QUANTITY_UNKNOWN;
+}
+
+/* Columns up to the last one of numbers. */
+static size_t least_columns(const layout_t *layout) {
+    size_t least = 0;
+    for (size_t j = 0; j < MOST_COLUMNS; j++) {
+        least = layout->number[j] ? j + 1 : least;
+    }
+    return least;
+}
+
+bool text_has_names(const layout_t *layout, const char *line) {
+    text_field_t *field = allocate(MOST_COLUMNS + 1, sizeof *field);
+    const size_t least = least_columns(layout), count = split_names(line, layout, least, field);
+    size_t known = 0;
+    for (size_t j = 0; j < count && j < least; j++) {
+        known += layout->number[j] && is_known_name(&field[j]);
+    }
+    free(field);
+    return known >= 2;
 }
 
 /* What a header line states about the columns goes before the line above the data. */
@@ -296,12 +379,62 @@ static void tell_words(table_t *table, const layout_t *layout, const text_field_
     }
 }
 
-void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
-    size_t least = 0, column = 0;
-    text_field_t *names, *units;
-    for (size_t j = 0; j < MOST_COLUMNS; j++) {
-        least = layout->number[j] ? j + 1 : least;
+/* The unit of all signals, in a line of its key and nothing else: "#UNITS:V". The first column is none where it rises:
+ * those are times or numbers. */
+static void take_common_unit(table_t *table, const text_source_t *source, const layout_t *layout) {
+    char unit[TEXT_FIELD];
+    if (!text_find_common_unit((const char *const *)source->line, layout->begin, unit)) {
+        return;
     }
+    for (size_t i = 0; i < table->columns; i++) {
+        table_column_t *column = &table->column[i];
+        bool rises = i == 0;
+        for (size_t k = 1; rises && k < table->rows; k++) {
+            rises = column->value[k] > column->value[k - 1];
+        }
+        if (!rises && column->unit[0] == '\0') {
+            free(column->unit);
+            column->unit = copy_text(unit);
+        }
+    }
+}
+
+/* Which columns have a factor that is not 1 in a line of the header. It may have been applied, or not. */
+static void mark_scaled(table_t *table, const text_source_t *source, const layout_t *layout) {
+    text_field_t *const over = stated(source, layout, least_columns(layout), text_is_scale_key);
+    for (size_t i = 0; over != NULL && i < table->columns; i++) {
+        const char *text = over[table->column[i].number - 1].text, *end;
+        double factor;
+        table->column[i].scaled =
+            decimal_read(text, layout->dialect.point, &factor, &end) && *end == '\0' && factor != 1.0;
+    }
+    free(over);
+}
+
+/* Columns that hold numbers in a part of the lines only: another table beside this one, of another length. */
+static void tell_partial(table_t *table, const layout_t *layout, const text_field_t *names) {
+    char text[200] = "";
+    size_t used = 0, count = 0;
+    for (size_t j = 0; j < layout->fields && used + 50 < sizeof text; j++) {
+        if (layout->partial[j]) {
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s%zu '%.30s'", count > 0 ? ", " : "", j + 1,
+                                     names != NULL ? names[j].text : "");
+            count++;
+        }
+    }
+    if (count > 0) {
+        free(table->partial);
+        table->partial = allocate(sizeof text + 60, 1);
+        (void)snprintf(table->partial, sizeof text + 60, "column%s %s %s numbers in a part of the lines only",
+                       count > 1 ? "s" : "", text, count > 1 ? "have" : "has");
+        table_note(table, "%s", table->partial);
+    }
+}
+
+void text_name_columns(table_t *table, const text_source_t *source, const layout_t *layout, double **value) {
+    const size_t least = least_columns(layout);
+    size_t column = 0;
+    text_field_t *names, *units;
     find_heads(source, layout, least, &names, &units);
     if (names == NULL && table->rows > 2) {
         names = names_behind_numbers(source, layout, least, value[0]);
@@ -317,6 +450,7 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
         tell_unnamed(table, source, layout);
     }
     tell_words(table, layout, names, layout->fields);
+    tell_partial(table, layout, names);
     text_field_t *over = units == NULL ? stated(source, layout, least, text_is_unit_key) : NULL;
     if (units == NULL && over == NULL && layout->columns < layout->fields) {
         over = beside(source, layout, text_is_unit_key);
@@ -337,7 +471,7 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
             }
             snprintf(written, sizeof written, "%s", name);
             if (unit[0] == '\0') {
-                unit_split(name, unit, "/_ ,");
+                unit_split(name, unit, "/_ ,:");
             }
             if (name[0] == '\0') { /* "[ms]" */
                 snprintf(name, sizeof name, "column %zu", j + 1);
@@ -355,6 +489,8 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
             table->column[table->columns - 1].clock = around->clock;
         }
     }
+    take_common_unit(table, source, layout);
+    mark_scaled(table, source, layout);
     free(over);
     free(names);
     free(units);

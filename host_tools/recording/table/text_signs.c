@@ -3,6 +3,8 @@
 #include <ctype.h>
 #include <string.h>
 
+enum { ENOUGH = 3 /* numbers of a kind that are no accident */ };
+
 /* Bytes of a sign between thousands that a text begins with, 0: none. A blank may be one that does not break. */
 static size_t sign_between(const char *text, size_t length) {
     static const char *const wide[] = {"\xC2\xA0", "\xE2\x80\xAF", "\xE2\x80\x89", "\xE2\x80\x99"};
@@ -49,6 +51,25 @@ bool text_is_grouped(const char *field, size_t length) {
         at += 1 + digits_of(at + 1, (size_t)(end - at) - 1);
     }
     return groups > 0 && at == end;
+}
+
+bool text_groups_count(text_groups_t *groups, const char *field, size_t length) {
+    const size_t sign = length > 0 && (*field == '-' || *field == '+') ? 1 : 0;
+    const size_t digits = digits_of(field + sign, length - sign);
+    const bool grouped = text_is_grouped(field, length) && field[sign] != '0';
+    const bool shorter = digits > 0 && digits <= 3 && sign + digits == length;
+    groups->grouped += grouped;
+    groups->shorter += shorter;
+    groups->others += !grouped && !shorter;
+    return grouped;
+}
+
+bool text_groups_are_even(const text_groups_t *groups) {
+    return groups->grouped >= ENOUGH && groups->others == 0;
+}
+
+bool text_groups_are_thousands(const text_groups_t *groups) {
+    return text_groups_are_even(groups) && groups->shorter > 0;
 }
 
 const char *text_signs_problem(const text_signs_t *signs) {

@@ -9,6 +9,22 @@
 /** A number with signs between thousands: "14,256.3", "14.256,3", "1'234'567", "14 256,3". */
 bool text_is_grouped(const char *field, size_t length);
 
+/** How a column of numbers is written: with a sign before three digits, whole with up to three digits, in other ways.
+ */
+typedef struct {
+    size_t grouped, shorter, others;
+} text_groups_t;
+
+/** Counts a number; returns whether a sign stands before three digits, "1,080". */
+bool text_groups_count(text_groups_t *groups, const char *field, size_t length);
+
+/** Whether these signs may stand between thousands though they look like that of decimals, which would have other
+ * numbers of digits as well. */
+bool text_groups_are_even(const text_groups_t *groups);
+
+/** Whether they do: whole numbers of fewer digits stand beside them, "987", "1,080". */
+bool text_groups_are_thousands(const text_groups_t *groups);
+
 typedef struct {
     size_t names;   /**< fields of the line above the data, all words */
     size_t fields;  /**< of the lines of data */

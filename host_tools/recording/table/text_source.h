@@ -10,13 +10,16 @@ typedef struct {
     char *text; /**< the whole file, every line ended by '\0'; lines hold no other control characters than tab */
     size_t lines;
     char **line;
-    const char *encoding; /**< "UTF-8", "UTF-16", "Latin-1" */
+    const char *encoding; /**< "UTF-8", "UTF-16", "Latin-1", "Windows-1251", .. */
     bool compressed;
+    char *joined;  /**< lines that were put together of others, or NULL */
+    char blank[1]; /**< an empty line, for those that are no more */
 } text_source_t;
 
 /**
- * Reads a file, gzip or plain: byte order mark, UTF-16 of either order (with or without mark), bytes that are no UTF-8
- * (read as Latin-1), LF, CR LF or CR at line ends. Refuses what has control characters in it: binary data, with the
+ * Reads a file, gzip or plain: byte order mark, UTF-16 of either order (with or without mark), LF, CR LF or CR at line
+ * ends. Bytes that are no UTF-8 are in the encoding of the region in which most words and units are known, else
+ * Latin-1. Refuses what has control characters in it: binary data, with the
  * line.
  */
 bool text_source_read(text_source_t *source, const char *path, failure_t *failure);

@@ -27,10 +27,16 @@ const char *unit_name(quantity_t quantity);
 /** Room for a name or a unit. */
 enum { UNIT_FIELD = 120 };
 
-/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm", "U,V". Unknown units stay
- * in the name unless they are in brackets. Of "[ms]" no name is left. `between`: the characters, last one first, behind
- * which a unit may stand without brackets. "Channel A" has no amperes; "Current A" has. unit has UNIT_FIELD characters.
+/** Takes the unit out of a name: "Time [s]", "V_in (mV)", "position/um", "pos_nm", "x in mm", "U,V",
+ * "Time..ms.", "driveMv". Unknown units stay
+ * in the name unless they are in brackets. Of "[ms]" no name is left, of "x/nm (axis 1)" is "x (axis 1)". `between`:
+ * the characters, last one first, behind which a unit may stand without brackets. "Channel A" has no amperes; "Current
+ * A" has. unit has UNIT_FIELD characters.
  */
 void unit_split(char *name, char *unit, const char *between);
+
+/** Whether a name says that its numbers are a part or a multiple of what it names: "HV monitor (1:100)", "Vin x20",
+ * "Vin 20x"; `divided`: and "Drive/20", which of other columns is a type. */
+bool unit_states_scale(const char *name, bool divided);
 
 #endif
