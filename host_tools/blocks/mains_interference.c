@@ -19,9 +19,7 @@ enum {
 };
 
 #define PART(wave, number, its_text)                                                                                   \
-    {                                                                                                                  \
-        .name = #wave "_" #number "_um", .unit = "um", .low = -1e6, .high = 1e6, .optional = true, .text = (its_text) \
-    }
+    { .name = #wave "_" #number "_um", .unit = "um", .low = -1e6, .high = 1e6, .optional = true, .text = (its_text) }
 
 static const parameter_info_t parameters[PARAMETERS] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 0.0, .high = 1e6, .text = "of the mains, or a multiple of it"},
@@ -87,8 +85,9 @@ static double join(const probe_setting_t *setting, const double *value, size_t p
 
 static const probe_t looked_for = {
     .group = "hum",
-    .explanation = "A line at one frequency, often with multiples of it, that does not follow the drive and is there at "
-                   "rest too.",
+    .explanation =
+        "A line at one frequency, often with multiples of it, that does not follow the drive and is there at "
+        "rest too.",
     .excitation = "silence; the same drive at another speed: the line stays where it is",
     .parts = PROBE_SILENCE | PROBE_FAST_TRIANGLE,
     .probe = probe,

@@ -8,8 +8,8 @@ enum { MADE_ANEW = 256 };
 
 void tone_open(tone_t *tone, double frequency_hz, double sample_rate_hz, double clock_s, size_t harmonics,
                const double *part) {
-    *tone = (tone_t){.turns_per_sample = frequency_hz / sample_rate_hz,
-                     .turns = remainder(frequency_hz * clock_s, 1.0)};
+    *tone =
+        (tone_t){.turns_per_sample = frequency_hz / sample_rate_hz, .turns = remainder(frequency_hz * clock_s, 1.0)};
     tone->turn_cos = cos(2.0 * M_PI * remainder(tone->turns_per_sample, 1.0));
     tone->turn_sin = sin(2.0 * M_PI * remainder(tone->turns_per_sample, 1.0));
     for (size_t h = 1; h <= harmonics; h++) {

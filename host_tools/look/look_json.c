@@ -121,9 +121,9 @@ static json_t *rails_to_json(const rails_t *rails) {
 static json_t *look_to_json(const look_t *look) {
     const noise_look_t *noise = &look->noise;
     json_t *json =
-        json_pack("{s:s, s:I, s:f, s:f, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name, "samples",
-                  (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz, "start_s",
-                  look->recording->start_s, "drive", drive_to_json(look), "static", map_to_json(&look->map),
+        json_pack("{s:s, s:I, s:f, s:f, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "recording", look->recording->name,
+                  "samples", (json_int_t)look->recording->samples, "sample_rate_hz", look->recording->sample_rate_hz,
+                  "start_s", look->recording->start_s, "drive", drive_to_json(look), "static", map_to_json(&look->map),
                   "repetition", repetition_to_json(look), "response", response_to_json(&look->response), "ring",
                   ring_to_json(look), "creep", holds_to_json(look), "rails", rails_to_json(&look->rails));
     json_object_set_new(json, "noise",

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/rails.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_fit.h>
 #include <gsl/gsl_math.h>
 #include <math.h>
@@ -10,10 +11,6 @@ enum { LEVELS = 64, LOOKED_AT = LEVELS / 2 };
 enum { WAY = 16 };
 /* Samples that an excursion needs, and all of a level. */
 enum { LEAST_RUN = 8, LEAST_SAMPLES = 40 };
-/* Of the line's spread: less is none. A saturated hysteresis still has a third. And in parts of the noise: less of the
- * line's spread is not seen. */
-static const double still = 0.15, seen = 5.0;
-
 /* Sums of excursions, each less its own mean. */
 typedef struct {
     double drive, position;
@@ -140,8 +137,8 @@ static bool find_rail(const recording_t *recording, const double range_v[2], dou
         const spread_t spread = spread_beyond(recording, end, level_v);
         const double samples = (double)spread.samples, line = gsl_pow_2(gain_um_per_v) * spread.drive;
         const double moved = fmax(0.0, spread.position - samples * gsl_pow_2(noise_um));
-        if (spread.samples >= LEAST_SAMPLES && line > samples * gsl_pow_2(seen * noise_um) &&
-            moved < gsl_pow_2(still) * line) {
+        if (spread.samples >= LEAST_SAMPLES && line > samples * gsl_pow_2(threshold.rail_seen * noise_um) &&
+            moved < gsl_pow_2(threshold.rail_stops) * line) {
             *rail_v = level_v;
             found = true;
         }

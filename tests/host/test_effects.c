@@ -145,10 +145,10 @@ static void test_leakage_begins_where_it_is_told(void) {
 static void test_drifts_and_hum_are_functions_of_time(void) {
     const double rate = 1000.0, x = 7.0;
     chain_t *gain = open_block(&block_gain_drift, (const double[BLOCK_MAX_PARAMETERS]){-1e-3, 2.0}, rate, 1);
-    chain_t *settles =
-        open_block(&block_gain_drift, (const double[BLOCK_MAX_PARAMETERS]){-1e-3, 2.0, 0.7}, rate, 1);
+    chain_t *settles = open_block(&block_gain_drift, (const double[BLOCK_MAX_PARAMETERS]){-1e-3, 2.0, 0.7}, rate, 1);
     chain_t *drift = open_block(&block_thermal_drift, (const double[]){0.8, 0.3}, rate, 1);
-    chain_t *hum = open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){50.0, 0.02, 0.5}, rate, 1);
+    chain_t *hum =
+        open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){50.0, 0.02, 0.5}, rate, 1);
     for (int again = 0; again < 2; again++) {
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(gain, x));
         TEST_ASSERT_EQUAL_DOUBLE(x, chain_settle(settles, x));
@@ -171,7 +171,7 @@ static void test_drifts_and_hum_are_functions_of_time(void) {
 
 /* From half of the sample rate on a harmonic is left out; the first line never is. */
 static void test_hum_has_harmonics(void) {
-    static const double values[BLOCK_MAX_PARAMETERS] = {110.0, 0.02, 0.5,  0.003, -0.004, 0.005,
+    static const double values[BLOCK_MAX_PARAMETERS] = {110.0, 0.02,  0.5,   0.003, -0.004, 0.005,
                                                         0.006, 0.007, 0.008, 0.009, 0.01};
     const double rate = 1000.0, x = 7.0; /* 440 Hz is seen, 550 Hz is not */
     chain_t *hum = open_block(&block_mains_interference, values, rate, 1);
@@ -237,7 +237,8 @@ static void test_hum_is_the_sine(void) {
     for (int run = 0; run < 20; run++) {
         const double rate = 10000.0, hz = run == 0 ? 1.5e4 : 5.0 + 2000.0 * random_unit(&random);
         const double phase = M_PI * (2.0 * random_unit(&random) - 1.0), turns_per_sample = hz / rate;
-        chain_t *hum = open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){hz, 1.0, phase}, rate, 1);
+        chain_t *hum =
+            open_block(&block_mains_interference, (const double[BLOCK_MAX_PARAMETERS]){hz, 1.0, phase}, rate, 1);
         for (long k = 0; k < (run == 0 ? 36000000 : 50000); k++) {
             const double y = chain_step(hum, 0.0);
             if (k < 1000 || k % 97 == 0) {

@@ -110,8 +110,8 @@ bool finding_is_empirical(const finding_t *finding);
 size_t findings_named(const answer_t *answer);
 /** Error of the held-out samples with these alone. */
 double findings_named_held_out_percent(const answer_t *answer);
-/** Whether the outputs tell a number of what was found: searched, or what the searched ones refer to (the middle or half
- * of a range, the duration of a trend). */
+/** Whether the outputs tell a number of what was found: searched, or what the searched ones refer to (the middle or
+ * half of a range, the duration of a trend). */
 bool number_is_told(const model_block_t *block, size_t parameter);
 bool finding_has_rival(const finding_t *finding, const block_t *rival);
 /** The finding that put this block in the chain, or NULL. */

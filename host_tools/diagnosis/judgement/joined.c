@@ -25,8 +25,7 @@ static size_t keep_determined(const model_block_t *block) {
     for (size_t p = 0; p < block->block->parameters; p++) {
         const parameter_t *parameter = &block->parameter[p];
         if (joins(block->block, p) && number_is_searched(block, p)) {
-            if (parameter->sigma != NULL &&
-                fabs(parameter->value[0]) > threshold.deviations * parameter->sigma[0]) {
+            if (parameter->sigma != NULL && fabs(parameter->value[0]) > threshold.deviations * parameter->sigma[0]) {
                 kept++;
             } else {
                 parameter->value[0] = block->block->parameter[p].default_value;
@@ -52,8 +51,9 @@ static bool take(state_t *state, const finding_t *finding) {
     model_copy(&model, &answer->model);
     const model_block_t *block = &model.block[finding_index(answer, finding)];
     begin(block, &state->setting);
-    bool good = fit(state, &model, &power, state->failure) &&
-                joint_errors(&question->samples, &question->noise, &model, blocks_fitted(answer, &model), state->failure);
+    bool good =
+        fit(state, &model, &power, state->failure) &&
+        joint_errors(&question->samples, &question->noise, &model, blocks_fitted(answer, &model), state->failure);
     if (good) {
         kept = keep_determined(block);
         good = kept == 0 || fit(state, &model, &power, state->failure);

@@ -55,7 +55,8 @@ static void fill_readings(const recording_t *recording, const wrong_t *wrong, do
 
 /* Gain and offset that drift are no switch: they are columns, too, beside the path that the columns make of the
  * readings that are set right. */
-static void find_switches(problem_t *p, const recording_t *recording, const drive_look_t *drive, double middle_um, changes_t *changes) {
+static void find_switches(problem_t *p, const recording_t *recording, const drive_look_t *drive, double middle_um,
+                          changes_t *changes) {
     double *path = allocate(p->n, sizeof *path), *drift = allocate(DRIFTS * p->n, sizeof *drift);
     problem_residual(p, path);
     for (size_t k = 0; k < p->n; k++) {

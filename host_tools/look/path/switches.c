@@ -219,8 +219,8 @@ static size_t settle_switch(const problem_t *p, size_t window, double *path, dou
 }
 
 /* One switch more, of readings of which `without` is left. false: there is none. */
-static bool find_switch(problem_t *p, const recording_t *recording, const drive_look_t *drive, double *path, double middle_um, double *without,
-                        double *residual, changes_t *changes) {
+static bool find_switch(problem_t *p, const recording_t *recording, const drive_look_t *drive, double *path,
+                        double middle_um, double *without, double *residual, changes_t *changes) {
     enum { SETTLES = 6 };
     switch_t *change = &changes->change[changes->switches];
     double left, gain, offset_um;

@@ -248,8 +248,9 @@ static void test_hum_has_its_harmonics(void) {
         printf("%s %g +- %g\n", harmonics[i].name, number->value[0], sigma);
         TEST_ASSERT_DOUBLE_WITHIN(3.0 * sigma, harmonics[i].part * height_um, number->value[0]);
     }
-    TEST_ASSERT_DOUBLE_WITHIN(0.02 * height_um, 0.6 * height_um,
-                              hypot(*model_parameter(hum, "cos_2_um")->value, *model_parameter(hum, "sin_2_um")->value));
+    TEST_ASSERT_DOUBLE_WITHIN(
+        0.02 * height_um, 0.6 * height_um,
+        hypot(*model_parameter(hum, "cos_2_um")->value, *model_parameter(hum, "sin_2_um")->value));
     compile_report_t report;
     expect_written(&report);
     TEST_ASSERT_EQUAL_UINT64(1, report.uncorrected);

@@ -62,7 +62,8 @@ static void test_a_harmonic_of_a_drive_that_never_rests(void) {
     record(false, 0.0, 0.0, 0.0);
     TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){12.0, 0.01, 0.0}));
     TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){100.0, 0.01, 0.0}));
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){50.0, 0.01, 0.0})); /* 12.5 times 4 Hz */
+    TEST_ASSERT_FALSE(
+        is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){50.0, 0.01, 0.0})); /* 12.5 times 4 Hz */
     TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){101.0, 0.01, 0.0}));
 }
 
@@ -89,9 +90,11 @@ static void test_a_drive_that_turns_at_regular_times(void) {
         }
         recording.column[COLUMN_DRIVE][k] = level[0] + (level[1] - level[0]) * (double)(k % LINE) / LINE;
     }
-    TEST_ASSERT_TRUE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){220.0, 0.01, 0.0}));  /* 11 times 20 Hz */
-    TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){210.0, 0.01, 0.0})); /* 10.5 times */
-    recording.column[COLUMN_DRIVE][SAMPLES / 2] = 100.0;                                 /* one more turn */
+    TEST_ASSERT_TRUE(
+        is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){220.0, 0.01, 0.0})); /* 11 times 20 Hz */
+    TEST_ASSERT_FALSE(
+        is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){210.0, 0.01, 0.0})); /* 10.5 times */
+    recording.column[COLUMN_DRIVE][SAMPLES / 2] = 100.0;                                       /* one more turn */
     TEST_ASSERT_FALSE(is_none(&block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){220.0, 0.01, 0.0}));
 }
 
@@ -121,7 +124,8 @@ static void test_a_block_without_its_size_is_not_determined(void) {
     record(false, 44.1, 0.01, 0.0);
     for (size_t i = 0; i < 3; i++) {
         model_t with;
-        insert_block(&with, &bank, &block_mains_interference, (double[BLOCK_MAX_PARAMETERS]){44.1, cases[i].amplitude_um, 1.0});
+        insert_block(&with, &bank, &block_mains_interference,
+                     (double[BLOCK_MAX_PARAMETERS]){44.1, cases[i].amplitude_um, 1.0});
         model_block_t *block = (model_block_t *)model_find(&with, "mains_interference");
         for (size_t p = 0; p < 3; p++) {
             block->parameter[p].sigma = allocate(1, sizeof(double));
