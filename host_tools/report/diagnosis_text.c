@@ -314,8 +314,10 @@ void finding_explanation(const finding_t *finding, char text[DIAGNOSIS_LINE]) {
                           "numbers; the model's own hysteresis has another shape.");
     } else if (finding_has_reservation(finding)) {
         text_append(text, "%s",
-                    finding->shape ? " A bend of the hysteresis itself may be the reason in its place."
-                                   : " More than noise remains, which may be the reason in its place.");
+                    finding->block->modifies_hysteresis
+                        ? " Another bend of the hysteresis may be the reason in its place."
+                    : finding->shape ? " A bend of the hysteresis itself may be the reason in its place."
+                                     : " More than noise remains, which may be the reason in its place.");
     }
 }
 

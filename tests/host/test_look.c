@@ -382,7 +382,7 @@ static void test_another_speed_is_no_switch(void) {
     model_t bank;
     make_fine_bank_model(&bank, rate_hz, 50);
     for (size_t k = 0; k < SAMPLES; k++) {
-        const double hz = k < SAMPLES / 2 ? 4.0 : 40.0, t = (double)k / rate_hz - SAMPLES / 2 / rate_hz;
+        const double hz = k < SAMPLES / 2 ? 4.0 : 40.0, t = (double)k / rate_hz;
         drive()[k] = 50.0 + 48.0 * sin(2.0 * M_PI * hz * t) * (1.0 - 0.2 * sin(7.0 * t));
     }
     measure_with(&recording, &bank, &block_dielectric_loss, (const double[]){0.05}, 0.01, &rng);

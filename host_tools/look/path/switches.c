@@ -186,15 +186,17 @@ static double speed(const double *drive, size_t from, size_t to) {
 }
 
 /* Whether the drive is much faster on one side of an instant, which is known to a window, than on the other: an
- * actuator has another gain there, by its losses, lags and modes. */
-static bool drive_changes_speed(const recording_t *recording, size_t sample, size_t window) {
-    enum { WINDOWS = 4 };
-    const double *drive = recording->column[COLUMN_DRIVE];
-    const size_t near = window, far = (1 + WINDOWS) * window;
+ * actuator has another gain there, by its losses, lags and modes. Within a period any drive is fast and slow. */
+static bool drive_changes_speed(const recording_t *recording, const drive_look_t *drive, size_t sample, size_t window) {
+    enum { PARTS = 16 };
+    const double *drive_v = recording->column[COLUMN_DRIVE];
+    const size_t part = recording->samples / PARTS, period = (size_t)ceil(drive->period);
+    const size_t far = window + (period > part ? period : part);
     if (sample < far || sample + far > recording->samples) {
         return false;
     }
-    const double before = speed(drive, sample - far, sample - near), after = speed(drive, sample + near, sample + far);
+    const double before = speed(drive_v, sample - far, sample - window),
+                 after = speed(drive_v, sample + window, sample + far);
     return fmin(before, after) * threshold.switch_other_speed < fmax(before, after);
 }
 
@@ -245,7 +247,7 @@ static bool find_switch(problem_t *p, const recording_t *recording, const drive_
     const jump_t jump = switches_at(p, path, at, change_at(&fit, path[at < p->n ? at : at - 1]));
     if (!(change->log_chance < p->log_chance_limit) || !(jump == JUMPS || (jump == CANNOT_SAY && all)) ||
         drive_turns(drive, p->first + at, change->within + p->from[1] - p->from[0]) ||
-        drive_changes_speed(recording, p->first + at, p->from[1] - p->from[0])) {
+        drive_changes_speed(recording, drive, p->first + at, p->from[1] - p->from[0])) {
         return false;
     }
     const residual_run_t run = {residual, p->n};
