@@ -35,44 +35,46 @@ static size_t keep_determined(const model_block_t *block) {
     return kept;
 }
 
-static bool fit(const state_t *state, model_t *model, joint_power_t *power, failure_t *failure) {
+static bool fit(const state_t *state, model_t *model, joint_power_t *power) {
     const answer_t *answer = &state->answer;
     const question_t *question = answer->question;
+    failure_t refusal;
     return joint_fit(&question->samples, &question->noise, model, blocks_fitted(answer, model), FIT_ITERATIONS, power,
-                     failure);
+                     &refusal);
 }
 
-static bool take(state_t *state, const finding_t *finding) {
-    const answer_t *answer = &state->answer;
-    const question_t *question = answer->question;
+/* The model with these numbers, as many as are determined; 0: none. */
+static size_t fit_joined(const state_t *state, const finding_t *finding, model_t *model, joint_power_t *power) {
+    const question_t *question = state->answer.question;
+    const model_block_t *block = &model->block[finding_index(&state->answer, finding)];
+    failure_t refusal;
+    begin(block, &state->setting);
+    if (!fit(state, model, power) ||
+        !joint_errors(&question->samples, &question->noise, model, blocks_fitted(&state->answer, model), &refusal)) {
+        return 0;
+    }
+    const size_t kept = keep_determined(block);
+    return kept > 0 && fit(state, model, power) ? kept : 0;
+}
+
+static void take(state_t *state, const finding_t *finding) {
     joint_power_t power;
     model_t model;
-    size_t kept = 0;
-    model_copy(&model, &answer->model);
-    const model_block_t *block = &model.block[finding_index(answer, finding)];
-    begin(block, &state->setting);
-    bool good =
-        fit(state, &model, &power, state->failure) &&
-        joint_errors(&question->samples, &question->noise, &model, blocks_fitted(answer, &model), state->failure);
-    if (good) {
-        kept = keep_determined(block);
-        good = kept == 0 || fit(state, &model, &power, state->failure);
-    }
-    if (good && kept > 0 && power.held < state->power.held &&
-        (double)question->samples.fitted * log(state->power.fitted / power.fitted) >
+    model_copy(&model, &state->answer.model);
+    const size_t kept = fit_joined(state, finding, &model, &power);
+    if (kept > 0 && power.held < state->power.held &&
+        (double)state->answer.question->samples.fitted * log(state->power.fitted / power.fitted) >
             threshold.number_price * (double)kept) {
         state_take(state, &model, &power);
     } else {
         model_free(&model);
     }
-    return good;
 }
 
-bool joined_take(state_t *state) {
-    bool good = true;
-    for (size_t f = 0; good && f < state->answer.findings; f++) {
-        const finding_t *finding = &state->answer.finding[f];
-        good = finding->block->probe->joins == 0 || take(state, finding);
+void joined_take(state_t *state) {
+    for (size_t f = 0; f < state->answer.findings; f++) {
+        if (state->answer.finding[f].block->probe->joins != 0) {
+            take(state, &state->answer.finding[f]);
+        }
     }
-    return good;
 }

@@ -8,8 +8,9 @@
 /**
  * Fits everything that was found with all of these numbers, and again with those that are more than their standard
  * errors allow for (threshold.deviations). They stay if they are worth their price (threshold.number_price), and
- * samples that no fit saw miss them. With every finding they are tried again: what it leaves shows more.
+ * samples that no fit saw miss them. With every finding they are tried again: what it leaves shows more. Where such a
+ * fit fails, nothing joins.
  */
-bool joined_take(state_t *state);
+void joined_take(state_t *state);
 
 #endif

@@ -67,9 +67,10 @@ static bool accept(state_t *state, const candidate_t *candidate, finding_t *find
         state_take(state, &augmented, &power);
         findings_add(answer, finding);
         state->found_um = hypot(state->found_um, candidate_own_um(candidate));
-        return joined_take(state);
+        joined_take(state);
+    } else {
+        model_free(&augmented);
     }
-    model_free(&augmented);
     return true;
 }
 
