@@ -6,20 +6,14 @@
 
 enum { HARMONICS = 3, FREQUENCY = 0, FIRST = 1, PARAMETERS = FIRST + 2 * HARMONICS };
 
-#define PART(wave, number, its_text)                                                                                   \
-    {                                                                                                                  \
-        .name = #wave "_" #number "_um", .proportional = true, .unit = "um", .low = -1e6, .high = 1e6,                 \
-        .text = (its_text)                                                                                             \
-    }
-
 static const parameter_info_t parameters[PARAMETERS] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 1e-3, .high = 1e6, .text = "of the period"},
-    PART(cos, 1, "cosine of the frequency itself; the recording begins at angle 0"),
-    PART(sin, 1, "its sine"),
-    PART(cos, 2, "cosine of the second harmonic"),
-    PART(sin, 2, "its sine"),
-    PART(cos, 3, "cosine of the third harmonic"),
-    PART(sin, 3, "its sine")};
+    TONE_PART(cos, 1, proportional, "cosine of the frequency itself; the recording begins at angle 0"),
+    TONE_PART(sin, 1, proportional, "its sine"),
+    TONE_PART(cos, 2, proportional, "cosine of the second harmonic"),
+    TONE_PART(sin, 2, proportional, "its sine"),
+    TONE_PART(cos, 3, proportional, "cosine of the third harmonic"),
+    TONE_PART(sin, 3, proportional, "its sine")};
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     double part[2 * HARMONICS];

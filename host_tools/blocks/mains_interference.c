@@ -18,9 +18,6 @@ enum {
     PARAMETERS = FIRST_HARMONIC + 2 * (TONE_MOST_HARMONICS - 1)
 };
 
-#define PART(wave, number, its_text)                                                                                   \
-    { .name = #wave "_" #number "_um", .unit = "um", .low = -1e6, .high = 1e6, .optional = true, .text = (its_text) }
-
 static const parameter_info_t parameters[PARAMETERS] = {
     {.name = "frequency_hz", .unit = "Hz", .low = 0.0, .high = 1e6, .text = "of the mains, or a multiple of it"},
     {.name = "amplitude_um",
@@ -35,14 +32,14 @@ static const parameter_info_t parameters[PARAMETERS] = {
      .high = 2.0 * M_PI,
      .optional = true,
      .text = "of the sine when the recording begins; of several, the first"},
-    PART(cos, 2, "cosine of the second harmonic; p is 0 when the first recording begins"),
-    PART(sin, 2, "its sine"),
-    PART(cos, 3, "cosine of the third harmonic"),
-    PART(sin, 3, "its sine"),
-    PART(cos, 4, "cosine of the fourth harmonic"),
-    PART(sin, 4, "its sine"),
-    PART(cos, 5, "cosine of the fifth harmonic"),
-    PART(sin, 5, "its sine")};
+    TONE_PART(cos, 2, optional, "cosine of the second harmonic; p is 0 when the first recording begins"),
+    TONE_PART(sin, 2, optional, "its sine"),
+    TONE_PART(cos, 3, optional, "cosine of the third harmonic"),
+    TONE_PART(sin, 3, optional, "its sine"),
+    TONE_PART(cos, 4, optional, "cosine of the fourth harmonic"),
+    TONE_PART(sin, 4, optional, "its sine"),
+    TONE_PART(cos, 5, optional, "cosine of the fifth harmonic"),
+    TONE_PART(sin, 5, optional, "its sine")};
 
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     const double amplitude_um = parameter[AMPLITUDE].value[0], phase_rad = parameter[PHASE].value[0];

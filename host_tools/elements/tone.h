@@ -23,6 +23,10 @@ typedef struct {
     uint64_t samples;                     /**< since the recording began */
 } tone_t;
 
+/** A row of a block's table: the cosine or sine of a harmonic, in um. trait: a flag of parameter_info_t that it has. */
+#define TONE_PART(wave, number, trait, its_text)                                                                       \
+    { .name = #wave "_" #number "_um", .trait = true, .unit = "um", .low = -1e6, .high = 1e6, .text = (its_text) }
+
 /** clock_s: when the recording begins (stage_setup_t.clock_s). part: cosine, sine of each harmonic. */
 void tone_open(tone_t *tone, double frequency_hz, double sample_rate_hz, double clock_s, size_t harmonics,
                const double *part);

@@ -202,21 +202,18 @@ static void see_ring(const look_t *looks, size_t count, probe_seen_t *seen) {
 
 /* The innermost rails of all recordings. */
 static void see_rails(const look_t *looks, size_t count, probe_seen_t *seen) {
-    bool low = false, high = false;
-    double outside[2] = {HUGE_VAL, -HUGE_VAL};
+    double low_v = -HUGE_VAL, high_v = HUGE_VAL, outside_v[2] = {HUGE_VAL, -HUGE_VAL};
     for (size_t i = 0; i < count; i++) {
         const rails_t *rails = &looks[i].rails;
         const double *range_v = looks[i].drive.range_v;
-        outside[0] = fmin(outside[0], 2.0 * range_v[0] - range_v[1]);
-        outside[1] = fmax(outside[1], 2.0 * range_v[1] - range_v[0]);
-        seen->rail_v[0] = rails->low && (!low || rails->low_v > seen->rail_v[0]) ? rails->low_v : seen->rail_v[0];
-        seen->rail_v[1] = rails->high && (!high || rails->high_v < seen->rail_v[1]) ? rails->high_v : seen->rail_v[1];
-        low = low || rails->low;
-        high = high || rails->high;
+        outside_v[0] = fmin(outside_v[0], 2.0 * range_v[0] - range_v[1]);
+        outside_v[1] = fmax(outside_v[1], 2.0 * range_v[1] - range_v[0]);
+        low_v = rails->low ? fmax(low_v, rails->low_v) : low_v;
+        high_v = rails->high ? fmin(high_v, rails->high_v) : high_v;
     }
-    seen->rail_v[0] = low ? seen->rail_v[0] : outside[0];
-    seen->rail_v[1] = high ? seen->rail_v[1] : outside[1];
-    seen->rails = low || high;
+    seen->rails = isfinite(low_v) || isfinite(high_v);
+    seen->rail_v[0] = isfinite(low_v) ? low_v : outside_v[0];
+    seen->rail_v[1] = isfinite(high_v) ? high_v : outside_v[1];
 }
 
 /* What blocks begin their search with. */

@@ -11,6 +11,7 @@ enum { LEVELS = 64, LOOKED_AT = LEVELS / 2 };
 enum { WAY = 16 };
 /* Samples that an excursion needs, and all of a level. */
 enum { LEAST_RUN = 8, LEAST_SAMPLES = 40 };
+
 /* Sums of excursions, each less its own mean. */
 typedef struct {
     double drive, position;

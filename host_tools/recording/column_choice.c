@@ -353,13 +353,18 @@ static candidates_t find_pool(const chooser_t *c, bool voltages) {
     return pool;
 }
 
+/* Names columns until there is no more room; column: NULL for the first ones of the table. */
+static void list_columns(const chooser_t *c, const int *column, size_t count, char *text, size_t size) {
+    size_t listed = 0;
+    for (; listed < count && listed < MOST_LISTED && strlen(text) < LIST_ROOM; listed++) {
+        list_column(c->choice, c->table, column != NULL ? column[listed] : (int)listed, text, size);
+    }
+    list_more(listed, count, text, size);
+}
+
 static void complain_unclear(chooser_t *c, int role, const candidates_t *found) {
     char text[500] = "";
-    size_t listed = 0;
-    for (; listed < found->count && listed < MOST_LISTED && strlen(text) < LIST_ROOM; listed++) {
-        list_column(c->choice, c->table, found->column[listed], text, sizeof text);
-    }
-    list_more(listed, found->count, text, sizeof text);
+    list_columns(c, found->column, found->count, text, sizeof text);
     import_account_add(c->problems, "%zu columns could be the %s: %s: say which (hyst import --%s NAME)", found->count,
                        role_name(role), text, role_name(role));
 }
@@ -372,11 +377,7 @@ static void complain_missing(chooser_t *c, int role) {
 /* What there is instead of what is missing. */
 static void list_all(chooser_t *c) {
     char text[600] = "";
-    size_t listed = 0;
-    for (; listed < c->table->columns && listed < MOST_LISTED && strlen(text) < LIST_ROOM; listed++) {
-        list_column(c->choice, c->table, (int)listed, text, sizeof text);
-    }
-    list_more(listed, c->table->columns, text, sizeof text);
+    list_columns(c, NULL, c->table->columns, text, sizeof text);
     const size_t signals = c->table->columns - (c->choice->column[ROLE_TIME] != NO_COLUMN ? 1 : 0);
     import_account_add(c->problems, "the columns are %s: %s", text,
                        signals < 2

@@ -116,19 +116,25 @@ static void ask_after(state_t *state, early_rivals_t *early) {
     state_ask_shape(state, &answer->model, &answer->shape_after);
 }
 
+/* The operator beside all that was found but this. */
+static shape_t shape_without(const state_t *state, const finding_t *finding) {
+    model_t left_out;
+    shape_t shape;
+    finding_left_out(&state->answer, finding, &left_out);
+    state_ask_shape(state, &left_out, &shape);
+    model_free(&left_out);
+    return shape;
+}
+
 /* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
  * one speed is a function of the path, and a curve is one on any path: the operator imitates both, on samples that no
  * fit saw, too. What is only called noise of 1/f without the block, as a drift may be, it does not imitate. */
 static bool is_worth_it(const state_t *state, size_t finding) {
     const answer_t *answer = &state->answer;
-    model_t left_out;
-    shape_t without;
     if (!answer->shape_after.fitted) {
         return false;
     }
-    finding_left_out(answer, &answer->finding[finding], &left_out);
-    state_ask_shape(state, &left_out, &without);
-    model_free(&left_out);
+    const shape_t without = shape_without(state, &answer->finding[finding]);
     return !without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin ||
            without.operator_percent > threshold.clearly_more * answer->shape_after.operator_percent;
 }
@@ -234,16 +240,6 @@ static void ask_for_rivals(state_t *state, const early_rivals_t *early) {
     }
 }
 
-/* Whether an operator of any shape leaves only noise without the finding, beside all others. */
-static bool is_imitated(const state_t *state, const finding_t *finding) {
-    model_t left_out;
-    shape_t shape;
-    finding_left_out(&state->answer, finding, &left_out);
-    state_ask_shape(state, &left_out, &shape);
-    model_free(&left_out);
-    return shape.whole;
-}
-
 /* The hysteresis itself, bent: what is a curve of it and what one of the sensor, no recording of the position tells. */
 static void add_bends(const answer_t *answer, finding_t *finding) {
     for (size_t i = 0; i < catalogue_count; i++) {
@@ -295,8 +291,8 @@ bool review_end(state_t *state) {
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {
             finding_t *finding = &answer->finding[f];
-            const bool may_be_bend =
-                finding->shape && (answer->another_shape || question->shape.whole || is_imitated(state, finding));
+            const bool may_be_bend = finding->shape && (answer->another_shape || question->shape.whole ||
+                                                        shape_without(state, finding).whole);
             finding->certainty = finding->settled;
             if (may_be_bend) {
                 finding_at_most(finding, ISOLATED);

@@ -218,6 +218,7 @@ enum { HEAD = 32 };
 #define UNIVERSAL_FILE "a Universal File (UFF), as vibrometers write: export the signals as text"
 
 #define PACKED     "packed in another way than gzip: unpack it first"
+#define JSON_FILE  "JSON, no table of measurements: save it as CSV"
 #define SCOPE_FILE "an oscilloscope's own file: export the waveforms as CSV"
 
 static const signature_t signatures[] = {
@@ -245,9 +246,9 @@ static const signature_t signatures[] = {
     {":WFM", 4, NULL, SCOPE_FILE},
     {"WFMP", 4, NULL, SCOPE_FILE},
     {"<", 1, NULL, "HTML or XML, no table of measurements as text: save it as CSV"},
-    {"[[", 2, NULL, "JSON, no table of measurements: save it as CSV"},
-    {"[{", 2, NULL, "JSON, no table of measurements: save it as CSV"},
-    {"[\n", 2, NULL, "JSON, no table of measurements: save it as CSV"},
+    {"[[", 2, NULL, JSON_FILE},
+    {"[{", 2, NULL, JSON_FILE},
+    {"[\n", 2, NULL, JSON_FILE},
     {"{", 1, NULL, "JSON (a model of this project?), no table of measurements"},
     {"\xd0\xcf\x11\xe0", 4, NULL, "an old Excel workbook: save it as CSV"},
 };

@@ -289,18 +289,6 @@ static const interval_key_t interval_keys[] = {
     {"x0", IS_START, 1.0},
 };
 
-static bool has_start(const char *const *line, size_t lines) {
-    static const char *const keys[] = {"xstart"};
-    for (size_t i = 0; i < lines && line[i] != NULL; i++) {
-        char key[TEXT_FIELD];
-        snprintf(key, sizeof key, "%.*s", (int)strcspn(line[i], ":"), line[i]);
-        if (is_one_of(key, keys, 1)) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* start: whether the header has the start of times. */
 static const interval_key_t *find_key(const char *text, size_t length, bool start) {
     char key[60];
@@ -311,6 +299,16 @@ static const interval_key_t *find_key(const char *text, size_t length, bool star
         }
     }
     return NULL;
+}
+
+static bool has_start(const char *const *line, size_t lines) {
+    for (size_t i = 0; i < lines && line[i] != NULL; i++) {
+        const interval_key_t *const key = find_key(line[i], strcspn(line[i], ":"), false);
+        if (key != NULL && key->kind == IS_START) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* The unit in brackets behind a key of that length, "SampleTime[ms]": in seconds or hertz; 1: there is none. */
