@@ -292,6 +292,24 @@ static void test_two_clocks(void) {
     }
 }
 
+/* A lag that goes up and down without a jump, as a filter's does with the frequency of the drive, is no two clocks. */
+static void test_a_lag_in_waves_is_no_clock(void) {
+    static const double waves[] = {1.6, 2.3, 3.0};
+    for (size_t which = 0; which < DRIVES; which++) {
+        for (size_t i = 0; i < 3; i++) {
+            for (size_t k = 0; k < SCENE_SAMPLES; k++) {
+                late[k] = 0.5 + 0.5 * sin(2.0 * M_PI * waves[i] * (double)k / SCENE_SAMPLES);
+            }
+            record(which);
+            look_at_them(1);
+            for (size_t f = 0; f < faults.count; f++) {
+                TEST_ASSERT_FALSE_MESSAGE(faults.fault[f].kind == &fault_clock_mismatch, found(which));
+            }
+            close_all(1);
+        }
+    }
+}
+
 /* On one path over and over (drive 0) lag and hysteresis are one: nothing is said. Half a sample is seen where the
  * drive is smooth and has many frequencies. */
 static void test_early_readings(void) {
@@ -472,6 +490,7 @@ int main(void) {
     RUN_TEST(test_repeated_samples);
     RUN_TEST(test_several_near_each_other);
     RUN_TEST(test_two_clocks);
+    RUN_TEST(test_a_lag_in_waves_is_no_clock);
     RUN_TEST(test_early_readings);
     RUN_TEST(test_late_readings_are_no_fault);
     RUN_TEST(test_time_jitter);

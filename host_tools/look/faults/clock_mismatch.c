@@ -3,6 +3,7 @@
  * the columns of the reference (look/path/clocks.h) is that. Of one against the path alone (look/path/lags.h): what the
  * actuator does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's
  * slowest motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does.
+ * In all cases it explains more than a wave does: the lag of a filter goes up and down with the frequency of a chirp.
  */
 #include "look/fault.h"
 #include "look/signal/drive_before.h"
@@ -41,7 +42,7 @@ static bool saw_against_path(const look_t *look, lag_course_t *saw) {
     lags_steps(&look->lags, look_log_chance_limit(), &steps);
     const bool stepped = steps.steps > 0 && steps.steps <= 2 && steps.left < saw->left;
     const double teeth = saw->teeth_per_s * (double)look->recording->samples / rate_hz;
-    return (slow || whole) && !stepped && teeth >= threshold.least_teeth;
+    return (slow || whole) && !stepped && teeth >= threshold.least_teeth && saw->by_wave < 1.0;
 }
 
 static bool find_saw(const look_t *look, lag_course_t *saw) {

@@ -18,7 +18,7 @@ static void find_in_time(problem_t *p, double rate_hz, changes_t *changes) {
     clocks_find(p, rate_hz, all, residual, &saw);
     const bool one = fabs(fabs(saw.size) - 1.0) < threshold.one_sample + threshold.deviations * saw.sigma &&
                      threshold.deviations * saw.sigma < threshold.saw_known;
-    const bool clocks = one && saw.log_chance < p->log_chance_limit &&
+    const bool clocks = one && saw.by_wave < 1.0 && saw.log_chance < p->log_chance_limit &&
                         saw.left < (1.0 - threshold.change_explains) * all &&
                         problem_rms(p, saw.left) < threshold.shift_near_noise * p->prediction->noise_um &&
                         saw.teeth_per_s * (double)p->n / rate_hz >= threshold.least_teeth;

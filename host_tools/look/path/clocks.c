@@ -2,6 +2,7 @@
 #include "look/path/clocks.h"
 #include "numerics/autocorrelation.h"
 #include <gsl/gsl_cblas.h>
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -59,6 +60,12 @@ static void free_moments(moments_t *m) {
     free(m->sum);
 }
 
+/* W sum L C of the first courses. */
+static void sum_courses(moments_t *m, size_t courses) {
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)courses, (int)m->columns, (int)m->windows, 1.0,
+                m->course, (int)m->windows, m->white, (int)m->columns, 0.0, m->sum, (int)m->columns);
+}
+
 /* Sizes of so many phases of a saw tooth, 1 / PHASES apart; returns the one that takes most away. */
 static double best_phase(moments_t *m, double teeth, double phase, size_t phases, double *best, double *size) {
     double most = 0.0;
@@ -68,8 +75,7 @@ static double best_phase(moments_t *m, double teeth, double phase, size_t phases
                 saw_at(teeth, phase + (double)i / PHASES, ((double)w + 0.5) / (double)m->windows);
         }
     }
-    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)phases, (int)m->columns, (int)m->windows, 1.0,
-                m->course, (int)m->windows, m->white, (int)m->columns, 0.0, m->sum, (int)m->columns);
+    sum_courses(m, phases);
     for (size_t i = 0; i < phases; i++) {
         const double *course = m->course + i * m->windows, *sum = m->sum + i * m->columns;
         double moment = 0.0, square = 0.0;
@@ -83,6 +89,41 @@ static double best_phase(moments_t *m, double teeth, double phase, size_t phases
             *best = phase + (double)i / PHASES;
             *size = moment / alone;
         }
+    }
+    return most;
+}
+
+/* The same of a sine and a cosine, each of free size. */
+static double best_wave(moments_t *m, double waves) {
+    double moment[2] = {0.0, 0.0}, square[3] = {0.0, 0.0, 0.0}; /* of sine, both, cosine */
+    for (size_t w = 0; w < m->windows; w++) {
+        const double turn = 2.0 * M_PI * waves * ((double)w + 0.5) / (double)m->windows, s = sin(turn), c = cos(turn);
+        m->course[w] = s;
+        m->course[m->windows + w] = c;
+        moment[0] -= s * m->product[w];
+        moment[1] -= c * m->product[w];
+        square[0] += s * s * m->square[w];
+        square[1] += s * c * m->square[w];
+        square[2] += c * c * m->square[w];
+    }
+    sum_courses(m, 2);
+    const double *sine = m->sum, *cosine = m->sum + m->columns;
+    square[0] -= problem_dot(sine, sine, m->columns);
+    square[1] -= problem_dot(sine, cosine, m->columns);
+    square[2] -= problem_dot(cosine, cosine, m->columns);
+    const double determinant = square[0] * square[2] - square[1] * square[1];
+    return determinant > 1e-9 * square[0] * square[2]
+               ? (square[2] * moment[0] * moment[0] - 2.0 * square[1] * moment[0] * moment[1] +
+                  square[0] * moment[1] * moment[1]) /
+                     determinant
+               : 0.0;
+}
+
+/* The likeliest of half to twice a rate. */
+static double best_wave_near(moments_t *m, double teeth) {
+    double most = 0.0;
+    for (double waves = 0.5 * teeth; waves < 2.0 * teeth; waves += 1.0 / STEPS_PER_TOOTH) {
+        most = fmax(most, best_wave(m, waves));
     }
     return most;
 }
@@ -141,6 +182,7 @@ void clocks_find(problem_t *p, double rate_hz, double without, double *residual,
         saw->phase = phase + (0.5 - (double)p->first) * teeth / (double)p->n;
         saw->size = size;
         saw->sigma = fabs(size) * sqrt(saw->left / (double)p->n * autocorrelation_time(&run, 1) / most);
+        saw->by_wave = best_wave_near(&m, teeth) / most;
         saw->log_chance = problem_chance(p, without, saw->left, residual, 3.0, STEPS_PER_TOOTH * most_teeth);
         problem_restore(p, as_read);
     }

@@ -3,6 +3,7 @@
 #include "numerics/autocorrelation.h"
 #include "numerics/column_factor.h"
 #include "thresholds/thresholds.h"
+#include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -304,6 +305,26 @@ static void judge(const lags_t *lags, size_t slow, const double *course, double 
     found->log_chance = found->sigma > 0.0 ? chance_of(lags, found->size / found->sigma, 2 + NUISANCES, places) : 0.0;
 }
 
+/* What a saw tooth takes away of the changes of the lag, against what the likeliest sine of about its rate takes. */
+static double part_by_wave(const lags_t *lags, const lag_course_t *saw) {
+    double *sine = allocate(lags->count, sizeof *sine), *cosine = allocate(lags->count, sizeof *cosine);
+    const double *const courses[] = {sine, cosine};
+    const double step = 1.0 / (rates_per_tooth * (lags->at_s[lags->count - 1] - lags->at_s[0]));
+    double size[2], sigma[2], left = HUGE_VAL;
+    for (double waves_per_s = 0.5 * saw->teeth_per_s; waves_per_s < 2.0 * saw->teeth_per_s; waves_per_s += step) {
+        for (size_t j = 0; j < lags->count; j++) {
+            const double turn = 2.0 * M_PI * waves_per_s * lags->at_s[j];
+            sine[j] = sin(turn);
+            cosine[j] = cos(turn);
+        }
+        left = fmin(left, fit_courses(lags, NUISANCES, courses, 2, size, sigma));
+    }
+    free(sine);
+    free(cosine);
+    const double all = fit_courses(lags, NUISANCES, NULL, 0, NULL, NULL);
+    return (all - left) / (all - saw->left);
+}
+
 void lags_saw(const lags_t *lags, lag_course_t *saw) {
     memset(saw, 0, sizeof *saw);
     if (lags->count < LEAST_WINDOWS) {
@@ -351,6 +372,7 @@ void lags_saw(const lags_t *lags, lag_course_t *saw) {
     fill_saw(lags, saw->teeth_per_s, saw->phase, course);
     judge(lags, NUISANCES, course, 4.0 * most,
           saw); /* two numbers, sine and cosine, of either sign, for each tooth more */
+    saw->by_wave = part_by_wave(lags, saw);
     free(course);
 }
 

@@ -39,6 +39,8 @@ typedef struct {
     double size, sigma;        /**< samples; of a ramp: samples a second */
     double log_chance;
     double left;
+    double by_wave; /**< of what a saw tooth takes away: the part that a sine of about its rate takes, which has as many
+                       numbers and no jump */
 } lag_course_t;
 
 void lags_make(const recording_t *recording, const drive_look_t *drive, const reference_t *reference, lags_t *lags);
