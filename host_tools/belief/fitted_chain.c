@@ -206,11 +206,3 @@ bool fitted_chain_is_of(const fitted_chain_t *f, const samples_t *samples, const
 scan_t fitted_chain_scan(fitted_chain_t *f, const probe_setting_t *setting) {
     return (scan_t){.imitation = &f->imitation, .rows = fitted_chain_rows(f), .setting = setting};
 }
-
-const suspects_t *fitted_chain_suspects(fitted_chain_t *f, const probe_setting_t *setting) {
-    if (f->scanned.suspect == NULL) {
-        const scan_t scan = fitted_chain_scan(f, setting);
-        scan_blocks(&scan, &f->scanned);
-    }
-    return &f->scanned;
-}

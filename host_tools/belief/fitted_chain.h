@@ -39,7 +39,4 @@ const hysteresis_rows_t *fitted_chain_rows(fitted_chain_t *fitted);
 /** For scan.h. */
 scan_t fitted_chain_scan(fitted_chain_t *fitted, const probe_setting_t *setting);
 
-/** What a linear scan says. It is made once: who asks again gets it, whatever the setting. */
-const suspects_t *fitted_chain_suspects(fitted_chain_t *fitted, const probe_setting_t *setting);
-
 #endif

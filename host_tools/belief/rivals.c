@@ -2,6 +2,8 @@
 #include "belief/rivals.h"
 #include "base/parallel.h"
 #include "belief/suspect_fit.h"
+#include "chain/catalogue.h"
+#include "diagnosis/evidence/candidate.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -102,6 +104,27 @@ static void drop_what_does_not_fit(fitted_chain_t *fitted, const probe_setting_t
     }
     rivals->count = kept;
     suspects_free(&fits);
+}
+
+void rivals_elsewhere(fitted_chain_t *fitted, const probe_setting_t *setting, const model_block_t *found,
+                      rivals_t *rivals) {
+    double value[BLOCK_MAX_PARAMETERS];
+    suspects_t suspects = {.suspect = allocate(catalogue_count, sizeof *suspects.suspect)};
+    *rivals = (rivals_t){0};
+    candidate_value(found, value);
+    for (size_t i = 0; i < catalogue_count; i++) {
+        const block_t *block = catalogue[i];
+        if (block->probe != NULL && block->parameter == found->block->parameter) {
+            suspect_t *suspect = &suspects.suspect[suspects.count++];
+            *suspect = (suspect_t){.block = block, .amplitude = 1.0, .refined = true};
+            suspect->at = candidate_insert(&suspect->chain, &fitted->imitation.chain, block, value);
+        }
+    }
+    if (suspects.count > 1) {
+        suspects_fit(fitted, setting, TURNS, &suspects);
+        choose(&suspects, found->block, rivals);
+    }
+    suspects_free(&suspects);
 }
 
 /* The scan is made anew: the setting knows the numbers of what was found, and begins there. */

@@ -28,4 +28,10 @@ typedef struct {
 void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, bool strong,
                rivals_t *rivals);
 
+/** Which other blocks with the same numbers, at another place of the chain, are worth as much, each fitted together
+ * with the weights. Where a block of more numbers was found: a scan knows the others only. fitted: the chain without
+ * it. */
+void rivals_elsewhere(fitted_chain_t *fitted, const probe_setting_t *setting, const model_block_t *found,
+                      rivals_t *rivals);
+
 #endif

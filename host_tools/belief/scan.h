@@ -26,6 +26,7 @@ typedef struct {
      * block's numbers at that size. */
     double smallest_um, smallest_value[BLOCK_MAX_PARAMETERS];
     bool refined; /**< its numbers were searched; amplitude is then near 1 */
+    bool shown;   /**< it begins with what a look has shown, and is worth more there than the scan promises */
 } suspect_t;
 
 /** Several of them, the loudest first. */

@@ -40,7 +40,9 @@ static void move_on(fitted_chain_t *with, const probe_setting_t *setting, suspec
 static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, int turns, suspect_t *suspect) {
     const double without = fitted->hysteresis.evidence.log_evidence, promised = suspect->gain;
     double gain = -HUGE_VAL;
-    begin(fitted, setting, suspect);
+    if (!suspect->refined) {
+        begin(fitted, setting, suspect);
+    }
     suspect_t now = *suspect;
     model_copy(&now.chain, &suspect->chain);
     bool goes_on = true;
@@ -56,8 +58,10 @@ static void fit_one(fitted_chain_t *fitted, const probe_setting_t *setting, int 
             model_free(&suspect->chain);
             model_copy(&suspect->chain, &now.chain);
         }
-        /* The first fit says little: its numbers go with weights that did without the block. */
-        goes_on = turn == 0 || (here > before + settled && here > (turn == 1 ? -promised : 0.0) &&
+        /* The first fit says little: its numbers go with weights that did without the block. Numbers that a look has
+         * shown may be worth nothing, and those beside them much. */
+        const double least = suspect->shown ? -HUGE_VAL : turn == 1 ? -promised : 0.0;
+        goes_on = turn == 0 || (here > before + settled && here > least &&
                                 (turn + 1 < USUAL_TURNS || here - before > growing * here));
         if (goes_on) {
             move_on(&with, setting, &now);
@@ -88,6 +92,36 @@ void suspects_fit(fitted_chain_t *fitted, const probe_setting_t *setting, int tu
     (void)fitted_chain_rows(fitted); /* made once, before they share it */
     parallel(suspects->count, fit_this, &(suspects_fit_t){fitted, setting, turns, suspects});
     suspects_sort(suspects);
+}
+
+/* From the numbers that a look has shown. A scan does hear what only grows with a number of the block. */
+static void fit_shown(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *scanned) {
+    double value[BLOCK_MAX_PARAMETERS] = {0.0};
+    if (candidate_grows(scanned->block) || !candidate_from_look(scanned->block, setting, 0, value)) {
+        return;
+    }
+    suspect_t shown = *scanned;
+    shown.at = candidate_insert(&shown.chain, &fitted->imitation.chain, scanned->block, value);
+    shown.refined = shown.shown = true;
+    fit_one(fitted, setting, MOST_TURNS, &shown);
+    if (shown.gain > scanned->gain) {
+        model_free(&scanned->chain);
+        *scanned = shown;
+    } else {
+        model_free(&shown.chain);
+    }
+}
+
+const suspects_t *fitted_chain_suspects(fitted_chain_t *fitted, const probe_setting_t *setting) {
+    if (fitted->scanned.suspect == NULL) {
+        const scan_t scan = fitted_chain_scan(fitted, setting);
+        scan_blocks(&scan, &fitted->scanned);
+        for (size_t i = 0; i < fitted->scanned.count; i++) {
+            fit_shown(fitted, setting, &fitted->scanned.suspect[i]);
+        }
+        suspects_sort(&fitted->scanned);
+    }
+    return &fitted->scanned;
 }
 
 const suspects_t *fitted_suspects(fitted_chain_t *fitted, const probe_setting_t *setting) {

@@ -62,11 +62,6 @@ fitted_chain_t *state_fitted(const state_t *state, const model_t *chain) {
     return fitted_chain_is_of(state->beside, samples, chain) ? state->beside : kept_chain(state->kept, samples, chain);
 }
 
-double state_log_evidence(const state_t *state, const model_t *chain) {
-    const fitted_chain_t *fitted = state_fitted(state, chain);
-    return fitted != NULL ? fitted->hysteresis.evidence.log_evidence : -HUGE_VAL;
-}
-
 void state_fit_beside(const state_t *state, const model_t *chain, size_t count) {
     const samples_t *samples = &state->answer.question->samples;
     const model_t *others[KEPT_CHAINS];

@@ -40,9 +40,6 @@ bool state_measure(const state_t *state, const model_t *model, double *percent, 
 void state_ask_shape(const state_t *state, const model_t *chain, shape_t *shape);
 /** The operator fitted in the place of the chain's hysteresis; NULL if it cannot be. */
 fitted_chain_t *state_fitted(const state_t *state, const model_t *chain);
-/** Natural units of the position, with the operator in the place of the chain's hysteresis; -HUGE_VAL if it cannot be
- * fitted. */
-double state_log_evidence(const state_t *state, const model_t *chain);
 /** Fits the operator in the place of these chains' hystereses side by side, so that the functions above have them. */
 void state_fit_beside(const state_t *state, const model_t *chain, size_t count);
 /** What is left of the held-out samples (a sum of squares) beyond the noise, in parts of it. */

@@ -73,6 +73,8 @@ void candidate_fit(const search_problem_t *problem, candidate_t *candidate);
 void candidate_free(candidate_t *candidate);
 void candidates_free(candidates_t *candidates);
 
+/** Sets `value` to number `index` of what a look has shown of the block (probe_t.from_look). false: there is none. */
+bool candidate_from_look(const block_t *block, const probe_setting_t *setting, size_t index, double *value);
 /** Sets `value`, one number per parameter, to number `index` of the block's probes (probe.h); what a probe leaves open
  * has its default. false: there is none. */
 bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value);

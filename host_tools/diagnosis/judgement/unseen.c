@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/judgement/unseen.h"
+#include "belief/suspect_fit.h"
 #include "chain/catalogue.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/evidence/probing.h"

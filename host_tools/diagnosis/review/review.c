@@ -108,7 +108,8 @@ static void ask_after(state_t *state, early_rivals_t *early) {
         return;
     }
     for (size_t f = 0; f < answer->findings; f++) {
-        if (may_have_rivals(state, &answer->finding[f]) && is_only_addition(state, &answer->finding[f])) {
+        if (may_have_rivals(state, &answer->finding[f]) && probe_is_first(answer->finding[f].block->probe) &&
+            is_only_addition(state, &answer->finding[f])) {
             asked.finding = &answer->finding[f];
         }
     }
@@ -209,7 +210,12 @@ static void add_rivals(state_t *state, const early_rivals_t *early, finding_t *f
     const bool strong = is_strong(finding);
     const bool other_shape = leaves_a_shape(answer, &answer->shape_after);
     finding_left_out(answer, finding, &left_out);
-    if (early->block == finding->block) {
+    if (!probe_is_first(finding->block->probe)) {
+        fitted_chain_t *fitted = state_fitted(state, &left_out);
+        if (fitted != NULL) {
+            rivals_elsewhere(fitted, &state->setting, model_find(&answer->model, finding->block->name), &rivals);
+        }
+    } else if (early->block == finding->block) {
         rivals = early->rivals;
     } else {
         fitted_chain_t *fitted = is_only_addition(state, finding) ? state->beside : state_fitted(state, &left_out);

@@ -52,7 +52,9 @@ void heard_listen(const state_t *state, heard_t *heard) {
         const double before = heard->shape.operator_percent;
         shape_t shape = heard->shape;
         shape_of(with, question->step_um, &shape);
-        if (!(shape.operator_percent < before)) { /* as of any finding: samples that no fit saw have to miss it */
+        /* As of any finding: samples that no fit saw have to miss it. What a look has shown they need not: the operator
+         * may imitate a rail there, too. */
+        if (!(shape.operator_percent < (suspect->shown ? threshold.clearly_more : 1.0) * before)) {
             model_free(&heard->suspect[heard->count].chain);
             fitted_chain_close(with);
             break;

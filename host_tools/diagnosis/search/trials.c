@@ -143,23 +143,17 @@ void trial_of_richer(state_t *state) {
     }
 }
 
-/* Whether the search has found just these. */
-static bool are_found(const answer_t *answer, const heard_t *heard) {
-    size_t found = 0;
-    for (size_t f = 0; f < answer->findings; f++) {
-        found += answer->finding[f].in_readings ? 0 : 1;
-    }
-    for (size_t i = 0; i < heard->count; i++) {
-        if (finding_of(answer, heard->suspect[i].block) == NULL) {
-            return false;
-        }
-    }
-    return found == heard->count;
-}
-
 /* Whether the operator leaves only noise beside it, or a hysteresis of few numbers less than without. */
 static bool is_supported(const answer_t *with, const heard_t *heard) {
     return heard->shape.whole || with->held_out_percent < with->baseline_held_out_percent;
+}
+
+/* Whether the position is likelier beside it than beside what was found, or samples that no fit saw miss it there. */
+static bool is_better(const state_t *state, const heard_t *heard) {
+    shape_t found;
+    state_ask_shape(state, &state->answer.model, &found);
+    return !found.fitted || 2.0 * (heard->shape.log_evidence - found.log_evidence) > threshold.naming_margin ||
+           found.operator_percent > threshold.clearly_more * heard->shape.operator_percent;
 }
 
 void trial_of_heard(state_t *state) {
@@ -171,13 +165,10 @@ void trial_of_heard(state_t *state) {
         return;
     }
     heard_listen(state, &heard);
-    if (heard.count > 0 && !are_found(answer, &heard)) {
+    if (heard.count > 0 && is_better(state, &heard)) {
         prepare(&trial, state, question, &answer->given, answer->family);
         if (attempt_with(&trial.state, trial.from, &heard)) {
-            keep_one(state, &trial,
-                     is_supported(&trial.state.answer, &heard) &&
-                         2.0 * (heard.shape.log_evidence - state_log_evidence(state, &answer->model)) >
-                             threshold.naming_margin);
+            keep_one(state, &trial, is_supported(&trial.state.answer, &heard));
         } else {
             answer_free_models(&trial.state.answer);
         }

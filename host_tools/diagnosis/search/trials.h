@@ -34,8 +34,9 @@ void trial_of_richer(state_t *state);
 
 /**
  * Where more than noise is left, and blocks speak beside the universal operator (heard.h), these may be the answer.
- * They have to make the position more likely, beside the operator, than what was found does. And the operator has to
- * leave only noise with them, or a hysteresis of few numbers less of the held-out samples than without.
+ * They have to make the position more likely, beside the operator, than what was found does, or the held-out samples
+ * have to be missed by clearly less. And the operator has to leave only noise with them, or a hysteresis of few numbers
+ * less of the held-out samples than without.
  */
 void trial_of_heard(state_t *state);
 
