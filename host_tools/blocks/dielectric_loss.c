@@ -2,6 +2,7 @@
 /* The ceramic lags by the same phase at every frequency: relaxations over six decades, y = h + sum c s_j, as in creep,
  * but with time constants down to less than a sample. docs/MODELS.md, section 5. */
 #include "chain/catalogue.h"
+#include "chain/parameter_rows.h"
 #include "compile/compile_job.h"
 #include "elements/creep_cells.h"
 #include "elements/lag_bank.h"
@@ -17,12 +18,16 @@ static const parameter_info_t parameters[] = {
      .unit = "1",
      .low = 0.0,
      .high = 0.1,
-     .text = "tangent of the angle that the position is behind, at frequencies between 0.01 Hz and 1 kHz"}};
+     .text = "tangent of the angle that the position is behind, at frequencies between 0.01 Hz and 1 kHz"},
+    PARAMETER_INITIAL("initial_um", "um",
+                      "what had been present, before the loss, when the recording began (default: its first sample)")};
 
 typedef struct {
     double gain; /* of each cell */
     drive_window_t drive;
     lag_bank_t cells;
+    bool has_initial;
+    double initial_um;
 } state_t;
 
 /* Growth per decade of time. The cells of a decade of frequency, ln 10 wide, are behind by pi / 2 of that. */
@@ -33,6 +38,8 @@ static double growth_per_decade(const parameter_t *parameter) {
 static void open(void *memory, const parameter_t *parameter, const stage_setup_t *setup) {
     state_t *state = memory;
     state->gain = growth_per_decade(parameter) / CREEP_CELLS_PER_DECADE;
+    state->has_initial = parameter[1].count > 0;
+    state->initial_um = state->has_initial ? parameter[1].value[0] : 0.0;
     for (size_t j = 0; j < CELLS; j++) {
         first_order_lag_t lag = {0};
         first_order_lag_set(&lag, 1.0 / (2.0 * M_PI * creep_time_constant_s(shortest_s, j)), setup->sample_rate_hz,
@@ -47,8 +54,9 @@ static void open(void *memory, const parameter_t *parameter, const stage_setup_t
 static void settle(void *memory, signal_t *signal) {
     state_t *state = memory;
     drive_window_settle(&state->drive, signal->value);
-    lag_bank_settle(&state->cells, signal->value);
-    signal->value += state->gain * CELLS * signal->value;
+    const double level_um = state->has_initial ? state->initial_um : signal->value;
+    lag_bank_settle(&state->cells, level_um);
+    signal->value += state->gain * CELLS * level_um;
 }
 
 static void step(void *memory, signal_t *signal) {
@@ -77,6 +85,8 @@ static const probe_t looked_for = {
     .parts = PROBE_STAIRCASE | PROBE_FAST_TRIANGLE | PROBE_CHIRPS,
     .probe = probe,
     .searched = 1U,
+    .joins = 1U << 1,
+    .join = probe_join_level,
     .accuracy = {0.03},
     .together = {"creep", "sensor_bandwidth"}};
 
@@ -85,7 +95,7 @@ const block_t block_dielectric_loss = {.name = "dielectric_loss",
                                        .order = 20,
                                        .text = "lag by the same angle at every frequency",
                                        .parameter = parameters,
-                                       .parameters = 1,
+                                       .parameters = 2,
                                        .state_bytes = sizeof(state_t),
                                        .open = open,
                                        .settle = settle,

@@ -8,6 +8,12 @@ bool probe_between(double low, double high, size_t count, size_t index, double *
     return index < count;
 }
 
+double probe_join_level(const probe_setting_t *setting, const double *value, size_t parameter) {
+    (void)value;
+    (void)parameter;
+    return 0.5 * (setting->displacement_low_um + setting->displacement_high_um);
+}
+
 bool probe_saw_ring(const probe_seen_t *seen, double frequency_hz) {
     return seen->rings > 0 && frequency_hz > 0.0 && fabs(log(frequency_hz / seen->ring_hz)) < seen->ring_near;
 }

@@ -99,8 +99,9 @@ typedef struct {
     const char *absent;
     /** The parameters that are then optimised, as bits: 1 << index. */
     unsigned searched;
-    /** Numbers that stay at their defaults while the block is looked for, as bits. A finding of it is given those that
-     * are worth their price (joined.h), and from then on they are searched, too. */
+    /** Numbers that stay at their defaults while the block is looked for, as bits; an array is of one number, or
+     * absent. A finding of it is given those that are worth their price (joined.h), and from then on they are searched,
+     * too. */
     unsigned joins;
     /** What such a number begins with, beside the block's others, one number per parameter. */
     double (*join)(const probe_setting_t *setting, const double *value, size_t parameter);
@@ -151,6 +152,9 @@ static inline void probe_range(double low, double high, double *center, double *
     *center = 0.5 * (high + low);
     *half_range = 0.5 * (high - low);
 }
+
+/** A level among those of the displacement: what a slow block may begin with (probe_t.join). */
+double probe_join_level(const probe_setting_t *setting, const double *value, size_t parameter);
 
 /** low * (high / low)^(index / (count - 1)), 0 <= index < count; false for a larger index. */
 bool probe_between(double low, double high, size_t count, size_t index, double *value);

@@ -105,6 +105,29 @@ static void test_dielectric_loss_is_the_same_angle_at_all_frequencies(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.03 * growth, growth, in_phase[0] - in_phase[1]);
 }
 
+/* What had been present leaves exponentials. Each of the 13 cells has its share. */
+static void test_dielectric_loss_begins_where_it_is_told(void) {
+    const double rate = 100.0, before_um = 3.0, loss = 0.02, share = loss * 2.0 * M_LN10 / M_PI / 2.0, one = 1.0;
+    model_t model;
+    failure_t failure;
+    make_bank_model(&model, rate, 0.0, 0, &one, NULL);
+    model_block_t *block = model_append(&model, &block_dielectric_loss);
+    model_set(block, "loss_tangent", loss);
+    model_set(block, "initial_um", before_um);
+    chain_t *chain = chain_open(&model, rate, 1, &failure);
+    TEST_ASSERT_NOT_NULL(chain);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-12, 13.0 * share * before_um, chain_settle(chain, 0.0));
+    for (int k = 1; k < 500; k++) {
+        double left = 0.0;
+        for (int j = 0; j < 13; j++) {
+            left += share * before_um * exp(-(double)k / rate / (1e-4 * pow(10.0, 0.5 * j)));
+        }
+        TEST_ASSERT_DOUBLE_WITHIN(1e-12, left, chain_step(chain, 0.0));
+    }
+    chain_close(chain);
+    model_free(&model);
+}
+
 /* x' = x_in' - x / T: a ramp of slope s from 0 gives s T (1 - exp(-t / T)), and what is then held decays. */
 static void test_leakage_answers_a_ramp_and_a_hold_exactly(void) {
     const double rate = 50.0, tau = 1.7, s = 3.0, end = 4.0;
@@ -449,6 +472,7 @@ int main(void) {
     RUN_TEST(test_a_drive_within_the_slew_limit_passes_unchanged);
     RUN_TEST(test_saturation_cuts_at_its_rails);
     RUN_TEST(test_dielectric_loss_is_the_same_angle_at_all_frequencies);
+    RUN_TEST(test_dielectric_loss_begins_where_it_is_told);
     RUN_TEST(test_leakage_answers_a_ramp_and_a_hold_exactly);
     RUN_TEST(test_leakage_begins_where_it_is_told);
     RUN_TEST(test_drifts_and_hum_are_functions_of_time);

@@ -6,10 +6,15 @@
 /* Small enough for a frequency that is to stay in step over the whole recording. */
 static const double nudge = 1e-5, damping = 1e-6;
 
+static bool has_joined(const model_block_t *block, size_t parameter) {
+    const parameter_info_t *info = &block->block->parameter[parameter];
+    const parameter_t *number = &block->parameter[parameter];
+    return info->array ? number->count == 1 : number->value[0] != info->default_value;
+}
+
 bool number_is_searched(const model_block_t *block, size_t parameter) {
     return is_searched(block->block, parameter) ||
-           ((block_search(block->block)->joins >> parameter & 1U) != 0 &&
-            block->parameter[parameter].value[0] != block->block->parameter[parameter].default_value);
+           ((block_search(block->block)->joins >> parameter & 1U) != 0 && has_joined(block, parameter));
 }
 
 double searched_low(const block_t *block, size_t parameter) {

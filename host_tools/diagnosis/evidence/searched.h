@@ -21,7 +21,8 @@ typedef struct {
 static inline bool is_searched(const block_t *block, size_t parameter) {
     return (block_search(block)->searched >> parameter & 1U) != 0;
 }
-/** Whether a number of a model's block is searched: one that joins (probe.h), once it differs from its default. */
+/** Whether a number of a model's block is searched: one that joins (probe.h), once it differs from its default or, of
+ * an array, is there. */
 bool number_is_searched(const model_block_t *block, size_t parameter);
 /** The least value at which a parameter of the block is searched. */
 double searched_low(const block_t *block, size_t parameter);

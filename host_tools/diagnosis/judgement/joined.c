@@ -9,26 +9,38 @@ static bool joins(const block_t *block, size_t parameter) {
     return (block->probe->joins >> parameter & 1U) != 0;
 }
 
-static void begin(const model_block_t *block, const probe_setting_t *setting) {
+static void begin(model_block_t *block, const probe_setting_t *setting) {
     double value[BLOCK_MAX_PARAMETERS];
     candidate_value(block, value);
     for (size_t p = 0; p < block->block->parameters; p++) {
         if (joins(block->block, p) && !number_is_searched(block, p)) {
-            block->parameter[p].value[0] = block->block->probe->join(setting, value, p);
+            model_set(block, block->block->parameter[p].name, block->block->probe->join(setting, value, p));
         }
     }
 }
 
+/* Of an array of one number nothing is known of what its absence means. */
+static bool is_determined(const model_block_t *block, size_t p) {
+    const parameter_t *parameter = &block->parameter[p];
+    return parameter->sigma != NULL &&
+           (block->block->parameter[p].array ? isfinite(parameter->sigma[0])
+                                             : fabs(parameter->value[0]) > threshold.deviations * parameter->sigma[0]);
+}
+
+static void go_back(model_block_t *block, size_t p) {
+    const parameter_info_t *info = &block->block->parameter[p];
+    model_set_array(block, info->name, info->array ? 0 : 1, &info->default_value, NULL);
+}
+
 /* Those that may be nothing go back. Returns how many stay. */
-static size_t keep_determined(const model_block_t *block) {
+static size_t keep_determined(model_block_t *block) {
     size_t kept = 0;
     for (size_t p = 0; p < block->block->parameters; p++) {
-        const parameter_t *parameter = &block->parameter[p];
         if (joins(block->block, p) && number_is_searched(block, p)) {
-            if (parameter->sigma != NULL && fabs(parameter->value[0]) > threshold.deviations * parameter->sigma[0]) {
+            if (is_determined(block, p)) {
                 kept++;
             } else {
-                parameter->value[0] = block->block->parameter[p].default_value;
+                go_back(block, p);
             }
         }
     }
@@ -46,7 +58,7 @@ static bool fit(const state_t *state, model_t *model, joint_power_t *power) {
 /* The model with these numbers, as many as are determined; 0: none. */
 static size_t fit_joined(const state_t *state, const finding_t *finding, model_t *model, joint_power_t *power) {
     const question_t *question = state->answer.question;
-    const model_block_t *block = &model->block[finding_index(&state->answer, finding)];
+    model_block_t *block = &model->block[finding_index(&state->answer, finding)];
     failure_t refusal;
     begin(block, &state->setting);
     if (!fit(state, model, power) ||

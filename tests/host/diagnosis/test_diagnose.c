@@ -375,6 +375,27 @@ static void test_dielectric_loss_is_no_creep(void) {
     find_planted(&block_dielectric_loss, loss_truth, ALONE);
 }
 
+/* What relaxed before the recording goes on in it: with the level that had been present it is a loss, and no drift. */
+static void test_a_loss_that_began_before_is_no_drift(void) {
+    static const numbers_t loss_truth = {0.02};
+    const double before_um = 4.0;
+    plant(&block_dielectric_loss, loss_truth);
+    for (size_t b = 0; b < truth.blocks; b++) {
+        if (truth.block[b].block == &block_dielectric_loss) {
+            model_set(&truth.block[b], "initial_um", before_um);
+        }
+    }
+    measure(0.0);
+    look(false);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    TEST_ASSERT_EQUAL_UINT64(1, diagnosis.findings);
+    TEST_ASSERT_EQUAL_STRING("dielectric_loss", diagnosis.finding[0].block->name);
+    const parameter_t *initial = model_parameter(model_find(&diagnosis.model, "dielectric_loss"), "initial_um");
+    TEST_ASSERT_EQUAL_UINT64(1, initial->count);
+    printf("before: %g +- %g um (%g)\n", initial->value[0], initial->sigma[0], before_um);
+    TEST_ASSERT_DOUBLE_WITHIN(3.0 * initial->sigma[0], before_um, initial->value[0]);
+}
+
 /* A gain that steps by 2 % at one instant: a drift comes near, and is not told as the reason. */
 static void test_what_only_comes_near_is_no_name(void) {
     measure(0.0);
@@ -560,6 +581,7 @@ int main(void) {
         RUN_TEST(test_a_delay_before_bouc_wen_is_named);
         RUN_TEST(test_interleaved_loops_of_bouc_wen_are_named);
         RUN_TEST(test_dielectric_loss_is_no_creep);
+        RUN_TEST(test_a_loss_that_began_before_is_no_drift);
         RUN_TEST(test_what_only_comes_near_is_no_name);
         RUN_TEST(test_a_curve_that_leaves_a_curve_is_no_name);
         RUN_TEST(test_what_the_model_has_is_not_missing);
