@@ -6,9 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Coefficients of a complex parabola, as real numbers; of leakage and response; rows are real and imaginary parts. */
-enum { HALF_WIDTH = 8, ORDER = 3, LEAKAGE = 2 * ORDER, UNKNOWNS = 2 * LEAKAGE, LINES = 2 * HALF_WIDTH + 1 };
-enum { ROWS = 2 * LINES, POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64 };
+enum { HALF_WIDTH = 8, ORDER = 3, UNKNOWNS = 2 * ORDER, LINES = 2 * HALF_WIDTH + 1, MIDDLE = HALF_WIDTH / 4 };
+enum { POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64, LEAST_TURNS = 3 };
 static const double highest_part_of_nyquist = 0.98;
 /* Of that power, what the middle quarter of a window has; an even spectrum has 0.29. Where all is at an edge, parabolas
  * guess what is in the middle. */
@@ -31,72 +30,200 @@ static void set_point(response_point_t *point, double f, double complex gain, do
     point->lag_s = -point->phase_rad / (2.0 * M_PI * f);
 }
 
-/* What the leakage's columns leave of the drive in the middle quarter of the window. */
-static double power_in_the_middle(double columns[UNKNOWNS][ROWS], const double *leakage, const double drive[ROWS]) {
+/* Drive and position at the lines of a window, around line `middle` of it; r is -1 .. 1 at half its width. */
+typedef struct {
+    double complex drive[LINES], position[LINES];
+    double r[LINES];
+    size_t middle;
+} window_t;
+
+static void window_cut(const double *u, const double *y, size_t line, window_t *window) {
+    const size_t first = line > HALF_WIDTH ? line - HALF_WIDTH : 1;
+    window->middle = line - first;
+    for (size_t l = 0; l < LINES; l++) {
+        window->drive[l] = at_line(u, first + l);
+        window->position[l] = at_line(y, first + l);
+        window->r[l] = ((double)l - (double)window->middle) / HALF_WIDTH;
+    }
+}
+
+/* Columns of a fit, each of length 1 and orthogonal to those before it. */
+typedef struct {
+    double complex column[UNKNOWNS][LINES];
+    size_t count;
+} basis_t;
+
+static double power_of(const double complex value[LINES]) {
     double sum = 0.0;
-    for (size_t row = ROWS / 2 - HALF_WIDTH / 2 - 1; row <= ROWS / 2 + HALF_WIDTH / 2; row++) {
-        double left = drive[row];
-        for (size_t i = 0; i < LEAKAGE; i++) {
-            left -= leakage[i] * columns[i][row];
-        }
-        sum += left * left;
+    for (size_t l = 0; l < LINES; l++) {
+        sum += creal(value[l]) * creal(value[l]) + cimag(value[l]) * cimag(value[l]);
     }
     return sum;
 }
 
-/* Local polynomials around line `middle`. The leakage's columns come first: of a drive that is nothing but leakage
- * there, they leave nothing. false: the drive has no power there. */
-static bool local_fit(const double *u, const double *y, size_t middle, double f, response_point_t *point) {
-    double columns[UNKNOWNS][ROWS], drive[ROWS], position[ROWS], all = 0.0;
-    const double *column[UNKNOWNS];
-    look_regression_t leaked, fit;
+static double complex product(const double complex a[LINES], const double complex b[LINES]) {
+    double complex sum = 0.0;
     for (size_t l = 0; l < LINES; l++) {
-        const size_t h = middle + l - HALF_WIDTH;
-        const double r = ((double)l - HALF_WIDTH) / HALF_WIDTH;
-        double x = 1.0;
-        for (size_t p = 0; p < ORDER; p++) {
-            const double re = u[2 * h] * x, im = u[2 * h + 1] * x;
-            double(*const leakage)[ROWS] = &columns[2 * p], (*const response)[ROWS] = &columns[LEAKAGE + 2 * p];
-            leakage[0][2 * l] = x;
-            leakage[0][2 * l + 1] = 0.0;
-            leakage[1][2 * l] = 0.0;
-            leakage[1][2 * l + 1] = x;
-            response[0][2 * l] = re;
-            response[0][2 * l + 1] = im;
-            response[1][2 * l] = -im;
-            response[1][2 * l + 1] = re;
-            x *= r;
+        sum += conj(a[l]) * b[l];
+    }
+    return sum;
+}
+
+/* Takes out of `value` what the columns explain. Returns the part of its power that is left. */
+static double basis_leave(const basis_t *basis, double complex value[LINES]) {
+    const double all = power_of(value);
+    for (size_t i = 0; i < 2 * basis->count; i++) { /* twice, for the rounding of the first time */
+        const double complex *column = basis->column[i % basis->count];
+        const double complex some = product(column, value);
+        for (size_t l = 0; l < LINES; l++) {
+            value[l] -= some * column[l];
         }
-        drive[2 * l] = u[2 * h];
-        drive[2 * l + 1] = u[2 * h + 1];
-        all += u[2 * h] * u[2 * h] + u[2 * h + 1] * u[2 * h + 1];
-        position[2 * l] = y[2 * h];
-        position[2 * l + 1] = y[2 * h + 1];
     }
-    for (size_t i = 0; i < UNKNOWNS; i++) {
-        column[i] = columns[i];
+    return all > 0.0 ? power_of(value) / all : 0.0;
+}
+
+/* Adds weight r^power, or nothing if those before make it up. Returns the part of its power that they leave. */
+static double basis_add(basis_t *basis, const window_t *window, const double complex *weight, size_t power) {
+    static const double rounding = 1e-20;
+    double complex *column = basis->column[basis->count];
+    for (size_t l = 0; l < LINES; l++) {
+        column[l] = (weight == NULL ? 1.0 : weight[l]) * gsl_pow_uint(window->r[l], (unsigned)power);
     }
-    if (!look_regress(column, LEAKAGE, drive, NULL, ROWS, &leaked) ||
-        !look_regress(column, UNKNOWNS, position, NULL, ROWS, &fit) ||
-        !(ROWS * leaked.rms * leaked.rms > threshold.least_drive * all)) {
+    const double part = basis_leave(basis, column), size = sqrt(power_of(column));
+    if (!(part > rounding)) {
+        return 0.0;
+    }
+    for (size_t l = 0; l < LINES; l++) {
+        column[l] /= size;
+    }
+    basis->count++;
+    return part;
+}
+
+static void basis_of_leakage(const window_t *window, basis_t *basis) {
+    basis->count = 0;
+    for (size_t p = 0; p < ORDER; p++) {
+        basis_add(basis, window, NULL, p);
+    }
+}
+
+/* How many coefficients of the response the leakage leaves room for: a drive as smooth as leakage has some that are
+ * leakage as well. 0: it is nothing else. */
+static size_t separable(const window_t *window) {
+    basis_t basis;
+    basis_of_leakage(window, &basis);
+    for (size_t p = 0; p < ORDER; p++) {
+        const double least = p == 0 ? threshold.least_drive * (LINES - ORDER) / LINES : threshold.least_bend;
+        if (!(basis_add(&basis, window, window->drive, p) > least)) {
+            return p;
+        }
+    }
+    return ORDER;
+}
+
+typedef struct {
+    double complex gain;
+    double variance; /* of real and imaginary part together */
+    double noise;    /* power a line, that is left */
+} local_t;
+
+/* The response in the middle, as the first of `order` coefficients. It comes last, so that its column alone says it.
+ * What is left is taken as white, unless the lines of the drive disagree: distortion is where the drive is. A line that
+ * the gain hangs on has little left whatever is wrong with it. So each is compared with what white noise would leave
+ * of it. If it has more, the error is how far the gain moves without this line, in the measure of the other one. false:
+ * without one of the lines, nothing says the gain. */
+static bool local_gain(const window_t *window, size_t order, local_t *fit) {
+    static const double least_freedom = 1e-9;
+    double complex left[LINES];
+    double moved = 0.0;
+    basis_t basis;
+    basis_of_leakage(window, &basis);
+    for (size_t p = order - 1; p > 0; p--) {
+        basis_add(&basis, window, window->drive, p);
+    }
+    const size_t others = basis.count;
+    if (!(basis_add(&basis, window, window->drive, 0) > 0.0)) {
         return false;
     }
-    if (!(power_in_the_middle(columns, leaked.coefficient, drive) >=
-          least_in_the_middle * ROWS * leaked.rms * leaked.rms)) {
+    const double complex *column = basis.column[others];
+    const double size = cabs(product(column, window->drive)), freedom = (double)(LINES - basis.count);
+    fit->gain = product(column, window->position) / size;
+    memcpy(left, window->position, sizeof left);
+    basis_leave(&basis, left);
+    const double all = power_of(left);
+    fit->noise = all / freedom;
+    for (size_t l = 0; l < LINES; l++) {
+        double own = 1.0;
+        for (size_t i = 0; i < basis.count; i++) {
+            own -= pow(cabs(basis.column[i][l]), 2.0);
+        }
+        if (own < least_freedom) {
+            return false;
+        }
+        const double some = fmin(all, pow(cabs(left[l]), 2.0) / own);
+        if (some > 0.0 && pow(1.0 - some / all, freedom - 1.0) < threshold.lines_disagree) {
+            moved += pow(cabs(column[l] * left[l]) / own, 2.0);
+        }
+    }
+    fit->variance = fmax(fit->noise, moved * freedom / LINES) / (size * size);
+    return true;
+}
+
+/* Whether the drive has most of the window in the middle, among so many lines to either side. */
+static bool is_strongest(const window_t *window, size_t reach) {
+    for (size_t l = 0; l < LINES; l++) {
+        if (l + reach >= window->middle && l <= window->middle + reach &&
+            cabs(window->drive[l]) > cabs(window->drive[window->middle])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Local polynomials around a line. false: the drive has no power there, or it cannot be told from leakage. */
+static bool local_fit(const double *u, const double *y, size_t line, double step_hz, response_point_t *point) {
+    double complex drive[LINES];
+    double around = 0.0, at = 0.0;
+    window_t window;
+    basis_t leakage;
+    local_t fit, full;
+    window_cut(u, y, line, &window);
+    const size_t order = separable(&window);
+    const bool tone = is_strongest(&window, LINES), bent = order == ORDER;
+    if (order == 0 || (order == 1 && !is_strongest(&window, MIDDLE)) || !local_gain(&window, order, &fit)) {
         return false;
     }
-    const double complex gain = fit.coefficient[LEAKAGE] + j * fit.coefficient[LEAKAGE + 1];
-    const double power = leaked.rms * leaked.rms, noise = fit.rms * fit.rms;
-    const double explained = cabs(gain) * cabs(gain) * power;
-    set_point(point, f, gain, pow(fit.sigma[LEAKAGE], 2.0) + pow(fit.sigma[LEAKAGE + 1], 2.0),
-              explained + noise > 0.0 ? explained / (explained + noise) : 0.0);
+    memcpy(drive, window.drive, sizeof drive);
+    basis_of_leakage(&window, &leakage);
+    basis_leave(&leakage, drive);
+    const double power = power_of(drive) / (LINES - ORDER);
+    for (size_t l = 0; l < LINES; l++) {
+        if (l + MIDDLE >= window.middle && l <= window.middle + MIDDLE) {
+            const double some = pow(cabs(drive[l]), 2.0);
+            around += some;
+            at += some * ((double)l - (double)window.middle);
+        }
+    }
+    if (!(around >= least_in_the_middle * LINES * power)) {
+        return false;
+    }
+    /* Away from the drive's lines, what cannot be told from leakage may be there all the same. */
+    if (!bent && !tone) {
+        if (!local_gain(&window, ORDER, &full)) {
+            return false;
+        }
+        fit.variance += pow(cabs(full.gain - fit.gain), 2.0);
+    }
+    const double explained = cabs(fit.gain) * cabs(fit.gain) * power;
+    set_point(point, ((double)line + (order == 1 && tone ? at / around : 0.0)) * step_hz, fit.gain, fit.variance,
+              explained + fit.noise > 0.0 ? explained / (explained + fit.noise) : 0.0);
     return true;
 }
 
 /* The square of gain over error that noise exceeds, at any of `points` points, with the chance false_response: of two
- * normal numbers, with an error from ROWS - UNKNOWNS degrees of freedom, it is distributed like 2 F(2, freedom). */
+ * normal numbers, with an error from LINES - UNKNOWNS lines, it is distributed like 2 F(2, freedom). */
 static double least_square_of_response(size_t points) {
-    const double half_freedom = 0.5 * (ROWS - UNKNOWNS);
+    const double half_freedom = LINES - UNKNOWNS;
     return 2.0 * half_freedom * (pow(threshold.false_response / (double)points, -1.0 / half_freedom) - 1.0);
 }
 
@@ -135,7 +262,15 @@ static size_t strongest_line(const double *u, double low, double high) {
     return best;
 }
 
-static void by_local_polynomials(const recording_t *recording, response_t *response) {
+/* Whether a drive is one frequency of any amplitudes, with nearly all of its power in one window. The turns of a sine
+ * that fades come a little early, each by another part of a way, so that it may be a sweep by its kind. */
+static bool has_one_tone(const drive_look_t *drive, double tone_hz, double step_hz) {
+    return (drive->kind == DRIVE_SINE || drive->kind == DRIVE_SWELLING || drive->kind == DRIVE_SWEEP) &&
+           drive->frequency_hz[0] > tone_hz - HALF_WIDTH * step_hz &&
+           drive->frequency_hz[1] < tone_hz + HALF_WIDTH * step_hz;
+}
+
+static void by_local_polynomials(const recording_t *recording, const drive_look_t *drive, response_t *response) {
     const size_t length = look_smooth_length(recording->samples), lines = length / 2;
     const double step_hz = recording->sample_rate_hz / (double)length;
     double *u = allocate(length + 2, sizeof *u), *y = allocate(length + 2, sizeof *y);
@@ -144,10 +279,20 @@ static void by_local_polynomials(const recording_t *recording, response_t *respo
     look_transform(recording->column[COLUMN_DISPLACEMENT], length, y);
     const double low = HALF_WIDTH + 1, high = highest_part_of_nyquist * (double)lines - HALF_WIDTH - 1;
     const double half_way = sqrt(pow(high / low, 1.0 / (POINTS - 1)));
-    for (size_t i = 0; i < POINTS && high > 2.0 * low; i++) {
+    const size_t points = high > 2.0 * low ? POINTS : 0;
+    /* Of a tone, only its strongest line counts. Of other drives, one below those with a whole window may be a point:
+     * where the drive has most. */
+    const size_t tone = strongest_line(u, 1.0, fmax(low, high)), lowest = strongest_line(u, 1.0, 2 * HALF_WIDTH);
+    const bool one_tone = has_one_tone(drive, (double)tone * step_hz, step_hz);
+    const size_t first = one_tone ? tone : lowest;
+    if (points > 0 && (one_tone || (lowest >= LEAST_TURNS && lowest <= HALF_WIDTH))) {
+        response->count += local_fit(u, y, first, step_hz, &response->point[response->count]) ? 1 : 0;
+        last = first;
+    }
+    for (size_t i = 0; i < points && !one_tone; i++) {
         const double f = low * pow(high / low, (double)i / (POINTS - 1));
         const size_t middle = strongest_line(u, fmax(low, f / half_way), fmin(high, f * half_way));
-        if (middle > last && local_fit(u, y, middle, (double)middle * step_hz, &response->point[response->count])) {
+        if (middle > last && local_fit(u, y, middle, step_hz, &response->point[response->count])) {
             response->count++;
         }
         last = middle > last ? middle : last;
@@ -260,13 +405,13 @@ void response_look(const recording_t *recording, const drive_look_t *drive, resp
     if (recording->samples < LEAST_SAMPLES || drive->kind == DRIVE_RESTS) {
         return;
     }
-    response->point = allocate(POINTS, sizeof *response->point);
+    response->point = allocate(POINTS + 1, sizeof *response->point);
     response->periodic = drive_periods(drive) >= 2 &&
                          (double)span_length(drive->repeat) > threshold.most_of_recording * (double)recording->samples;
     if (response->periodic) {
         by_periods(recording, drive, response);
     } else {
-        by_local_polynomials(recording, response);
+        by_local_polynomials(recording, drive, response);
     }
 }
 

@@ -4,15 +4,31 @@
  *
  * A drive that repeats itself: transforms over whole periods at the lines that carry power; the error is that of the
  * mean over the passes, from their scatter. Of a drive with one tone only the tone counts: its harmonics in the
- * position are distortion. Any other drive: the local polynomial method (Pintelon and Schoukens, System Identification,
- * 2nd edition, 2012, section 7.2): around each frequency, response and leakage are parabolas over 17 lines, fitted by
- * least squares, which leaves an error. Coherence is the part of the position's power there that goes with the drive,
- * the leakage left out. A point counts if a gain is seen there, or would be if it were that of the point that is known
- * best, and if the drive has power close to it. So there is no point above the band of a smooth drive, nor between the
- * lines of one that has few.
+ * position are distortion.
  *
- * It is the best linear description of a system with hysteresis at the amplitudes of this drive: a lag that does not
- * grow with frequency (constant phase) is what hysteresis makes.
+ * Any other drive: the local polynomial method (Pintelon and Schoukens, System Identification, 2nd edition, 2012,
+ * section 7.2). Around each frequency, response and leakage (of what was before and comes behind) are parabolas over 17
+ * lines, fitted by least squares. Coherence is the part of the position's power there that goes with the drive, the
+ * leakage left out. A point counts if a gain is seen there, or would be if it were that of the point that is known
+ * best, and if the drive has power close to it. So there is no point above the band of a smooth drive, nor between the
+ * lines of one that has few. Below the ninth line there is one point at most, where the drive has most.
+ *
+ * - The spectrum of a tone that fades is as smooth as leakage, and the response's slope and bend there are leakage as
+ *   well. They are not fitted then. At the drive's own line the gain does not need them. Elsewhere the error has what
+ *   they would have changed.
+ * - The error takes what the parabolas leave as white, if the lines agree with that. Distortion is where the drive is,
+ *   and where a gain hangs on one line the fit leaves nearly nothing of it, right or wrong. A line that has more than
+ *   noise would leave of it makes the error: how far the gain moves without this line.
+ * - Of a sine whose amplitude changes only the tone counts, as of one that repeats itself.
+ *
+ * It is the best linear approximation of a system with hysteresis for this very drive: the linear system that leaves
+ * least of the position, of all amplitudes at once. A lag that does not grow with frequency (constant phase) is what
+ * hysteresis makes. Another amplitude has another response. Where amplitudes change within a recording, the lines
+ * beside a tone follow the loop's growth with its amplitude, and the tone its size: the error holds how far they
+ * disagree.
+ *
+ * Limits: distortion that falls on lines of the drive itself (harmonics of a triangle, of a multisine) is part of the
+ * response. The skirts of shrinking rasters still have points that are off by more than their errors.
  */
 #ifndef LOOK_RESPONSE_H
 #define LOOK_RESPONSE_H

@@ -54,8 +54,10 @@ bool bode_ask(const recording_t *recording, const model_t *model, bode_t *bode, 
     drive_look_free(&drive);
     if (good && bode->measured.count == 0) {
         bode_free(bode);
-        return fail(failure, "%s: no frequency response: the drive moves too little, or not for long enough",
-                    recording->name);
+        return fail(
+            failure,
+            "%s: no frequency response: the drive moves too little, or not for long enough, or like a transient",
+            recording->name);
     }
     return good;
 }
