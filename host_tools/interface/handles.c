@@ -26,6 +26,20 @@ void hyst_host_free(void *memory) {
     free(memory);
 }
 
+/* The only arrays among options: the first end below the other, as on the command line. */
+static bool check_ranges(json_t *json) {
+    const char *key;
+    json_t *value;
+    json_object_foreach(json, key, value) {
+        const double low = json_number_value(json_array_get(value, 0)),
+                     high = json_number_value(json_array_get(value, 1));
+        if (json_is_array(value) && !(low < high)) {
+            return fail(&last, "%s: from %g to %g is no range: the lower end comes first", key, low, high);
+        }
+    }
+    return true;
+}
+
 json_t *interface_options(const char *options, const char *format, ...) {
     json_error_t error;
     va_list values;
@@ -40,6 +54,8 @@ json_t *interface_options(const char *options, const char *format, ...) {
     va_end(values);
     if (!good) {
         fail(&last, "options: %s", error.text);
+    }
+    if (!good || !check_ranges(json)) {
         json_decref(json);
         return NULL;
     }
