@@ -61,6 +61,26 @@ bool report_track_read(report_track_t *track, const char *name, const char *befo
     return true;
 }
 
+/* A file without the key may be anything. */
+static bool is_mode(const recording_t *recording, const char *mode) {
+    const char *said = recording_key(recording, "mode");
+    return said == NULL || strcmp(said, mode) == 0;
+}
+
+bool report_check_modes(const report_t *report, failure_t *failure) {
+    const char *const due = report->diagnosis != NULL ? "compensate" : "linear";
+    for (size_t i = 0; i < report->tracks; i++) {
+        const report_track_t *t = &report->track[i];
+        if (!is_mode(&t->before, due) || !is_mode(&t->after, "compensate")) {
+            const char *before = recording_key(&t->before, "mode"), *after = recording_key(&t->after, "mode");
+            return fail(failure,
+                        "%s: by their headers BEFORE has mode %s and AFTER mode %s, the page is of %s and compensate",
+                        t->name, before != NULL ? before : "unknown", after != NULL ? after : "unknown", due);
+        }
+    }
+    return true;
+}
+
 void report_track_free(report_track_t *track) {
     recording_free(&track->before);
     recording_free(&track->after);
