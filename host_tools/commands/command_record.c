@@ -35,7 +35,11 @@ static bool report(const recording_t *recording, const settings_t *settings, fai
 /* While the run is guarded: a file that cannot be written parks the amplifier. */
 static bool take(void *context, const recording_t *recording, const experiment_events_t *events, failure_t *failure) {
     const settings_t *settings = context;
+    const char *contradiction = recording_key(recording, RECORDING_CONTRADICTION_KEY);
     experiment_print_events(events);
+    if (contradiction != NULL) {
+        fprintf(stderr, "note: %s: the recording has the former\n", contradiction);
+    }
     return recording_write(recording, settings->output, failure) && report(recording, settings, failure);
 }
 

@@ -214,6 +214,23 @@ class AtTheAmplifier(unittest.TestCase):
                     amplifier.record("sine", frequency=1, cycles=400, progress=lambda *_: call(amplifier), **RANGES)
                 self.assertEqual(amplifier.now()["state"], "parked")
 
+    def test_ranges_that_contradict_the_image_are_told(self):
+        with self.amplifier() as amplifier:
+            first = amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            with self.assertWarnsRegex(UserWarning, "--drive-range 0:200, where the image in force says 0:100 V"):
+                second = amplifier.record("sine", frequency=50, cycles=1, condition=False, drive_range=(0, 200))
+        self.assertNotIn("contradiction", first.keys)
+        self.assertIn("0:200", second.keys["contradiction"])
+
+    def test_what_cannot_be_played_is_refused_before_it_moves(self):
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            for options in {"frequency": 6000}, {"frequency": 1e9}:
+                with self.assertRaisesRegex(hyst.Error, "^[^;]* cannot be played at 10000 samples per second$"):
+                    amplifier.record("sine", **options)
+            with self.assertRaisesRegex(hyst.Error, "^[^;]*fewer than two samples$"):
+                amplifier.track("sine", frames=1)
+
     def test_ranges_that_go_down_are_refused(self):
         with self.amplifier() as amplifier:
             for ends in (100, 0), (0, 0), (5, 5):

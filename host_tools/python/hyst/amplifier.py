@@ -149,7 +149,8 @@ class Amplifier(Held):
         end_frequency in sweep_time seconds, by equal factors unless linear; a multisine has so many tones from
         frequency up to end_frequency. Or probe: a block's name or "all", an excitation for
         hyst.diagnose. drive_range, position_range: what the ends of the converters stand for, in V and um; an
-        amplifier without an image has to be given them. condition: sweep the whole drive range first.
+        amplifier without an image has to be given them. Where the image in force says otherwise, a warning and the key
+        "contradiction" of the recording tell. condition: sweep the whole drive range first.
         """
         said = options(waveform=waveform, frequency_hz=frequency, amplitude_v=amplitude, offset_v=offset,
                        cycles=cycles, steps=steps, end_frequency_hz=end_frequency, sweep_s=sweep_time, linear=linear,
@@ -157,7 +158,10 @@ class Amplifier(Held):
                        drive_range_v=range_of("drive_range", drive_range),
                        position_range_um=range_of("position_range", position_range),
                        condition=condition)
-        return Recording._of(self._run_long(lambda handle: lib.device_record(handle, said), progress))
+        recording = Recording._of(self._run_long(lambda handle: lib.device_record(handle, said), progress))
+        if "contradiction" in recording.keys:
+            warnings.warn(f"{recording.keys['contradiction']}: the recording has the former", stacklevel=2)
+        return recording
 
     def track(
         self,
