@@ -26,6 +26,18 @@ void hyst_host_free(void *memory) {
     free(memory);
 }
 
+/* An option that is there has been given: 0 would be taken for its absence. */
+static bool check_nonzero(json_t *json) {
+    static const char *const keys[] = {"sample_rate_hz", "operators"};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        const json_t *value = json_object_get(json, keys[i]);
+        if (json_is_number(value) && !(json_number_value(value) > 0.0)) {
+            return fail(&last, "%s %g: must be positive", keys[i], json_number_value(value));
+        }
+    }
+    return true;
+}
+
 /* The only arrays among options: the first end below the other, as on the command line. */
 static bool check_ranges(json_t *json) {
     const char *key;
@@ -55,7 +67,7 @@ json_t *interface_options(const char *options, const char *format, ...) {
     if (!good) {
         fail(&last, "options: %s", error.text);
     }
-    if (!good || !check_ranges(json)) {
+    if (!good || !check_ranges(json) || !check_nonzero(json)) {
         json_decref(json);
         return NULL;
     }

@@ -78,6 +78,7 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
         good = good && find_column(key, &column);
         if (good) {
             wishes->said.scale[column] = json_number_value(said);
+            good = wishes->said.scale[column] != 0.0 || fail(interface_failure(), "scale of %s: 0 or no number", key);
         }
     }
     return good;

@@ -347,6 +347,18 @@ static void test_ranges_that_contradict_the_image_are_noted(void) {
     TEST_ASSERT_EQUAL_STRING("", errors);
 }
 
+/* Through "-": as people see it, and not by the descriptor that it is. */
+static void test_a_standard_stream_is_called_so(void) {
+    static const char *const commands[][12] = {{"record", "--waveform", "sine", "-f", "50", "-n", "1", "-o", "-", NULL},
+                                               {"pull", "-o", "-", NULL},
+                                               {"backup", "-o", "-", NULL}};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        start(commands[i]);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+        expect_error("standard output: ");
+    }
+}
+
 /* Waits for the first line that the command says of an error. */
 static void wait_for_line(void) {
     size_t length = 0;
@@ -446,6 +458,7 @@ int main(void) {
     RUN_TEST(test_an_amplifier_without_parameters_is_not_driven);
     RUN_TEST(test_what_cannot_be_played_is_refused_before_anything_moves);
     RUN_TEST(test_ranges_that_contradict_the_image_are_noted);
+    RUN_TEST(test_a_standard_stream_is_called_so);
     RUN_TEST(test_a_watch_whose_folder_is_gone_goes_on);
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);

@@ -55,6 +55,10 @@ expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1
 expect 2 "--sample-rate: 'fast' is not a valid HZ" compile model.json --sample-rate fast
+expect 2 "--sample-rate: '0' is not a valid HZ" compile model.json --sample-rate 0
+expect 2 "--sample-rate: '0' is not a valid HZ" import good.csv --sample-rate 0
+expect 2 "--drive-scale: '0' is not a valid" import good.csv --drive-scale 0
+expect 2 "--displacement-scale: '0.0' is not a valid" import good.csv --displacement-scale 0.0
 expect 2 '--json= needs the name of a file' compile model.json --json=
 
 # The path: fit, simulate, compile; text and JSON.

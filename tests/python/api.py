@@ -295,6 +295,12 @@ class Models(unittest.TestCase):
             self.assertRegex(line_of(hyst.compile, self.model, position_range=ends), "range|no finite number", ends)
         self.assertIn("drive_range_v: from 100 to 0 is no range", line_of(hyst.compile, self.model, drive_range=(100, 0)))
 
+    def test_zero_is_not_taken_for_no_option(self):
+        self.assertIn("sample_rate_hz 0: must be positive", line_of(hyst.compile, self.model, sample_rate=0))
+        self.assertIn("operators 0: must be positive", line_of(hyst.fit, self.recording, operators=0))
+        self.assertIn("sample_rate_hz 0: must be positive", line_of(hyst.read, RECORDING, sample_rate=0))
+        self.assertIn("scale of drive: 0", line_of(hyst.read, RECORDING, scales={"drive": 0}))
+
     def test_objects_of_another_class_are_refused(self):
         recording, model = self.recording, self.model
         class Other:  # has what the engine's own have
