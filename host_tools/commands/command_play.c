@@ -229,15 +229,12 @@ const command_t command_play = {
     .order = 112,
     .arguments = "--port DEV --table FILE|--waveform NAME",
     .summary = "Let the amplifier play a table or a waveform, and leave it playing",
-    .details = "Sweeps the whole drive range once, goes to the first level, uploads the table and reads it back, and "
-               "starts it. "
-               "Between\n"
-               "two points the reference is a straight line. The waveforms are those of `hyst record`. The amplifier "
-               "goes on when this command has ended, as "
-               "long as some "
-               "master\n"
-               "asks it something at least every --silence seconds: `hyst watch` does, or `hyst monitor`. `hyst stop` "
-               "ends it.",
+    .details =
+        "Sweeps the whole drive range once, goes to the first level, uploads the table and reads it back, and starts "
+        "it.\n"
+        "Between two points the reference is a straight line. The waveforms are those of `hyst record`. The amplifier\n"
+        "goes on when this command has ended, as long as some master sends it a request at least every --silence\n"
+        "seconds: `hyst watch` does, or `hyst monitor`. `hyst stop` ends it.",
     .run = run,
     .files = "FILE: any table of two columns, time in s and level; the first row is where it starts.\n",
     .examples = "# A pattern without end, watched over\n"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/backup.h"
+#include "base/json_input.h"
 #include "base/shown_name.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"
@@ -50,9 +51,8 @@ static int check(void *settings) {
 
 static bool prepare(void *settings, failure_t *failure) {
     settings_t *s = settings;
-    json_error_t error;
-    s->backup = json_load_file(s->input, JSON_REJECT_DUPLICATES, &error);
-    return s->backup != NULL || fail(failure, "%s: line %d: %s", s->input, error.line, error.text);
+    s->backup = json_read(s->input, "a backup", failure);
+    return s->backup != NULL;
 }
 
 static int run(int argc, char **argv) {

@@ -26,9 +26,9 @@ void hyst_host_free(void *memory) {
     free(memory);
 }
 
-/* An option that is there has been given: 0 would be taken for its absence. */
-static bool check_nonzero(json_t *json) {
-    static const char *const keys[] = {"sample_rate_hz", "operators"};
+/* An option that is there has been given: 0 would be taken for its absence, and a negative count for 0. */
+static bool check_positive(json_t *json) {
+    static const char *const keys[] = {"sample_rate_hz", "operators", "cycles", "steps", "tones"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         const json_t *value = json_object_get(json, keys[i]);
         if (json_is_number(value) && !(json_number_value(value) > 0.0)) {
@@ -67,7 +67,7 @@ json_t *interface_options(const char *options, const char *format, ...) {
     if (!good) {
         fail(&last, "options: %s", error.text);
     }
-    if (!good || !check_ranges(json) || !check_nonzero(json)) {
+    if (!good || !check_ranges(json) || !check_positive(json)) {
         json_decref(json);
         return NULL;
     }

@@ -130,7 +130,8 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
 hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
     recording_t recording;
     if (!(sample_rate_hz > 0.0) || !(sample_rate_hz <= RECORDING_FASTEST_HZ)) {
-        fail(interface_failure(), "%s: the sample rate, %g Hz, is not a positive number", name, sample_rate_hz);
+        fail(interface_failure(), "%s: the sample rate, %g Hz, is not positive and at most %g Hz", name, sample_rate_hz,
+             RECORDING_FASTEST_HZ);
         return NULL;
     }
     if (samples < 2) {

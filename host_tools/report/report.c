@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/report.h"
+#include "base/json_input.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -105,10 +106,8 @@ const report_words_t *report_words(const report_t *report) {
 }
 
 json_t *report_diagnosis_read(const char *path, failure_t *failure) {
-    json_error_t error;
-    json_t *diagnosis = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
+    json_t *diagnosis = json_read(path, "a diagnosis", failure);
     if (diagnosis == NULL) {
-        fail(failure, "%s:%d: %s", path, error.line, error.text);
         return NULL;
     }
     const char *format = json_string_value(json_object_get(diagnosis, "format"));

@@ -317,6 +317,7 @@ class Models(unittest.TestCase):
         for work in (hyst.fit, hyst.look, hyst.diagnose, hyst.bode):
             self.assertIn("Model is no recording", line_of(work, model))
         self.assertIn("no model", line_of(hyst.compile, None))
+        self.assertIn("hyst.Model.load reads a file", line_of(hyst.Model, "model.json"))
 
     def test_no_handle_is_taken_in_another_way(self):
         package = os.path.dirname(hyst.__file__)

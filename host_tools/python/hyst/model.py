@@ -7,7 +7,7 @@ import ctypes
 import json
 import math
 import os
-from typing import Any, Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,8 @@ class Model(Held):
 
     def __init__(self, description: dict[str, Any]) -> None:
         """From the JSON object that docs/FORMATS.md describes."""
+        if not isinstance(description, Mapping):
+            raise Error(f"{type(description).__name__} is no description of a model: hyst.Model.load reads a file")
         self._handle = checked(lib.model_from_json(json.dumps(description).encode()))
 
     @classmethod
