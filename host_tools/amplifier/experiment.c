@@ -176,13 +176,15 @@ static uint16_t *table_of(const hyst_parameters_t *image, hyst_mode_t mode, cons
     return registers;
 }
 
+static bool check_capacity(const device_t *device, size_t corners, failure_t *failure) {
+    return (int64_t)corners <= device_identity(device, INDEX_waveform_capacity) ||
+           fail(failure,
+                "the amplifier holds %" PRId64 " breakpoints, this waveform has %zu; newer firmware holds more",
+                device_identity(device, INDEX_waveform_capacity), corners);
+}
+
 static bool load_breakpoints(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode,
                              const breakpoint_t *corner, size_t corners, unsigned long passes, failure_t *failure) {
-    if ((int64_t)corners > device_identity(device, INDEX_waveform_capacity)) {
-        return fail(failure,
-                    "the amplifier holds %" PRId64 " breakpoints, this waveform has %zu; newer firmware holds more",
-                    device_identity(device, INDEX_waveform_capacity), corners);
-    }
     uint16_t *registers = table_of(image, mode, corner, corners);
     const bool ok = device_write_block(device, ADDRESS_waveform, 0, 4 * corners, registers, failure) &&
                     device_write(device, INDEX_waveform_points, (int64_t)corners, failure) &&
@@ -211,12 +213,45 @@ static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst
     return load_breakpoints(device, image, mode, corner, corners, passes, failure);
 }
 
+/* The amplifier would take a line of no sample for one of one, and play another frequency. */
+static bool check_polygon(const device_t *device, const waveform_t *w, failure_t *failure) {
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
+    const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
+    for (size_t i = 0; i < corners; i++) {
+        if (corner[i].samples == 0) {
+            return fail(failure,
+                        "a %s of %g Hz cannot be played at %g samples per second: some of its lines have no sample",
+                        waveform_name(w->kind), w->frequency_hz, device_sample_rate_hz(device));
+        }
+    }
+    return check_capacity(device, corners, failure);
+}
+
+/* What a waveform takes of any amplifier. */
+static bool check_waveform(const device_t *device, const waveform_t *w, failure_t *failure) {
+    int64_t increment;
+    switch (w->kind) {
+    case WAVEFORM_SINE:
+        return increment_of(device, w->frequency_hz, &increment, failure);
+    case WAVEFORM_SWEEP:
+        return increment_of(device, w->frequency_hz, &increment, failure) &&
+               increment_of(device, w->end_frequency_hz, &increment, failure);
+    case WAVEFORM_MULTISINE:
+        return increment_of(device, w->frequency_hz, &increment, failure) &&
+               increment_of(device, w->frequency_hz * w->tone[w->tones - 1].harmonic, &increment, failure);
+    case WAVEFORM_TRIANGLE:
+    case WAVEFORM_STAIRCASE:
+        break;
+    }
+    return check_polygon(device, w, failure);
+}
+
 /* A triangle has all its cycles in the table. */
 static unsigned long passes_of(const waveform_t *w) {
     return w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles;
 }
 
-static bool fit_into_buffer(device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
+static bool fit_into_buffer(const device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
     const double samples = waveform_samples(&experiment->waveform, device_sample_rate_hz(device));
     const double most = (double)device_identity(device, INDEX_capture_capacity);
     const double capacity = experiment->frames > 0 ? fmin((double)experiment->frames, most) : most;
@@ -228,6 +263,19 @@ static bool fit_into_buffer(device_t *device, const experiment_t *experiment, ru
     run->decimation = (int64_t)decimation;
     run->frames = (int64_t)(samples / decimation);
     return run->frames >= 2 || fail(failure, "the recording would have fewer than two samples");
+}
+
+bool experiment_check(const device_t *device, const experiment_t *experiment, failure_t *failure) {
+    run_t run;
+    return check_waveform(device, &experiment->waveform, failure) && fit_into_buffer(device, experiment, &run, failure);
+}
+
+bool experiment_check_start(const device_t *device, const experiment_t *experiment, failure_t *failure) {
+    return check_waveform(device, &experiment->waveform, failure);
+}
+
+bool experiment_check_table(const device_t *device, const experiment_table_t *table, failure_t *failure) {
+    return check_capacity(device, table->corners, failure);
 }
 
 /* The three signals from the trigger on, whatever was recorded before. An older firmware records nothing else. */
@@ -360,7 +408,8 @@ bool experiment_run(device_t *device, const hyst_parameters_t *image, const expe
     char text[120];
     waveform_describe(w, text);
     (void)snprintf(run.text, sizeof run.text, "%s, %s", waveform_name(w->kind), text);
-    return fit_into_buffer(device, experiment, &run, failure) && go_to_start(device, image, &run, failure) &&
+    return check_waveform(device, w, failure) && fit_into_buffer(device, experiment, &run, failure) &&
+           go_to_start(device, image, &run, failure) &&
            load_waveform(device, image, run.mode, w, passes_of(w), failure) &&
            play_and_read(device, image, &run, recording, events, failure);
 }
@@ -395,7 +444,7 @@ bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, cons
                  .decimation = (int64_t)limits.decimation,
                  .frames = ((int64_t)plan->samples - (int64_t)limits.lead - 1) / (int64_t)limits.decimation + 1};
     probe_plan_describe(plan, run.text, sizeof run.text);
-    const bool ok = go_to_start(device, image, &run, failure) &&
+    const bool ok = check_capacity(device, plan->corners, failure) && go_to_start(device, image, &run, failure) &&
                     load_breakpoints(device, image, run.mode, plan->corner, plan->corners, 1, failure) &&
                     play_and_read(device, image, &run, recording, events, failure);
     free(plan);
@@ -426,7 +475,7 @@ bool experiment_start_table(device_t *device, const hyst_parameters_t *image, co
                             failure_t *failure) {
     const run_t run = {
         .mode = table->mode, .condition = table->condition, .start = table->start, .decimation = 1, .frames = 2};
-    return go_to_start(device, image, &run, failure) &&
+    return experiment_check_table(device, table, failure) && go_to_start(device, image, &run, failure) &&
            load_breakpoints(device, image, run.mode, table->corner, table->corners, table->passes, failure) &&
            check_table(device, image, table, failure) && arm_and_start(device, &run, failure);
 }
@@ -438,7 +487,7 @@ bool experiment_start(device_t *device, const hyst_parameters_t *image, const ex
                        .start = waveform_start(&experiment->waveform),
                        .decimation = 1,
                        .frames = 2};
-    return go_to_start(device, image, &run, failure) &&
+    return check_waveform(device, &experiment->waveform, failure) && go_to_start(device, image, &run, failure) &&
            load_waveform(device, image, run.mode, &experiment->waveform, passes, failure) &&
            arm_and_start(device, &run, failure);
 }

@@ -25,6 +25,10 @@ typedef struct {
 #include "registers/registers.def"
 } experiment_events_t;
 
+/** What this amplifier cannot play or capture. It can be said before the drive moves, and driving_run begins; the
+ * functions below refuse it, too. */
+bool experiment_check(const device_t *device, const experiment_t *experiment, failure_t *failure);
+
 /**
  * Runs it. `image` is the one in force, or a copy with other scales; its scales turn codes into units.
  *
@@ -62,9 +66,15 @@ typedef struct {
     unsigned long passes; /**< 0: until somebody stops it */
 } experiment_table_t;
 
+/** As experiment_check. */
+bool experiment_check_table(const device_t *device, const experiment_table_t *table, failure_t *failure);
+
 /** Uploads the corners, reads them back and compares, starts them, and leaves the amplifier playing. */
 bool experiment_start_table(device_t *device, const hyst_parameters_t *image, const experiment_table_t *table,
                             failure_t *failure);
+
+/** As experiment_check, of what is not captured. */
+bool experiment_check_start(const device_t *device, const experiment_t *experiment, failure_t *failure);
 
 /** Starts the waveform, so many passes of it (0: until somebody stops it; of a triangle a pass is all its cycles), and
  * leaves the amplifier playing. experiment->frames does not matter. */

@@ -151,7 +151,7 @@ line_outcome_t serial_line_request(serial_line_t *line, const request_t *request
     if (silent != NULL) {
         *silent = error == ETIMEDOUT;
     }
-    return worth_repeating(error) && !is_exception(error) ? LINE_NO_ANSWER : LINE_REFUSED;
+    return is_exception(error) ? LINE_REFUSED : worth_repeating(error) ? LINE_NO_ANSWER : LINE_GONE;
 }
 
 bool serial_line_open(serial_line_t *line, const device_options_t *options, failure_t *failure) {

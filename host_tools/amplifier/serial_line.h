@@ -38,7 +38,7 @@ typedef struct {
 } request_t;
 
 /** Only after NO_ANSWER, which is silence or damage, another way may be tried. */
-typedef enum { LINE_DONE, LINE_NO_ANSWER, LINE_REFUSED, LINE_INTERRUPTED } line_outcome_t;
+typedef enum { LINE_DONE, LINE_NO_ANSWER, LINE_REFUSED, LINE_GONE, LINE_INTERRUPTED } line_outcome_t;
 
 /** Opens and locks the port; nothing is sent. False leaves a line that can be closed. */
 bool serial_line_open(serial_line_t *line, const device_options_t *options, failure_t *failure);

@@ -42,7 +42,7 @@ static bool check_length(const waveform_t *waveform, failure_t *failure) {
         return fail(failure, "--end-frequency %g: must be positive", waveform->end_frequency_hz);
     }
     if (waveform->kind == WAVEFORM_SWEEP && !(waveform->sweep_s > 0.0 && waveform->sweep_s <= SWEEP_MOST_S)) {
-        return fail(failure, "--sweep-time %g: outside 0..%g s", waveform->sweep_s, SWEEP_MOST_S);
+        return fail(failure, "--sweep-time %g: must be above 0 and at most %g s", waveform->sweep_s, SWEEP_MOST_S);
     }
     if (waveform->kind == WAVEFORM_STAIRCASE && (waveform->steps < 1 || waveform->steps > STAIRCASE_MAX_STEPS)) {
         return fail(failure, "--steps %lu: outside 1..%d", waveform->steps, STAIRCASE_MAX_STEPS);

@@ -16,6 +16,9 @@
 
 /* Until the emulator has said where its pseudo-terminal is. */
 #define START_S 30.0
+/* Between the end of its line and its own. */
+#define END_S  5.0
+#define POLL_S 0.02
 
 #define CLOSED (-1)
 
@@ -206,14 +209,33 @@ bool emulator_start(emulator_t *emulator, const char *program, const char *image
     return ok;
 }
 
+/* Always false. */
+static bool ended(int status, failure_t *failure) {
+    return fail(failure,
+                WIFSIGNALED(status) ? "the emulator was ended by signal %d" : "the emulator ended with status %d",
+                WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+}
+
+bool emulator_has_ended(emulator_t *emulator, failure_t *failure) {
+    int status = 0;
+    pid_t found = 0;
+    for (const double until_s = monotonic_s() + END_S; found == 0 && monotonic_s() < until_s;) {
+        sleep_until(monotonic_s() + POLL_S);
+        found = waitpid(emulator->process, &status, WNOHANG);
+    }
+    if (found != emulator->process) {
+        return fail(failure, "the emulator has closed its line");
+    }
+    emulator->process = -1;
+    return ended(status, failure);
+}
+
 bool emulator_stop(emulator_t *emulator, failure_t *failure) {
     bool ok = true;
     if (emulator->process > 0) {
         int status = 0;
         if (waitpid(emulator->process, &status, WNOHANG) == emulator->process) {
-            ok = fail(failure,
-                      WIFSIGNALED(status) ? "the emulator was ended by signal %d" : "the emulator ended with status %d",
-                      WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+            ok = ended(status, failure);
         } else {
             (void)kill(emulator->process, SIGKILL); /* it has nothing to save, and says nothing this way */
             (void)waitpid(emulator->process, &status, 0);

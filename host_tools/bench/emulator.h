@@ -29,5 +29,7 @@ bool emulator_start(emulator_t *emulator, const char *program, const char *image
 
 /** Ends the emulator. Returns false, with a line, if it had ended on its own before. */
 bool emulator_stop(emulator_t *emulator, failure_t *failure);
+/** When its line has closed, which its end does a moment before the process can be waited for: how it ended. False. */
+bool emulator_has_ended(emulator_t *emulator, failure_t *failure);
 
 #endif

@@ -18,6 +18,6 @@ bool firmware_file_find(char *path, size_t size, failure_t *failure) {
             }
         }
     }
-    return fail(failure, "no firmware for the emulator comes with this program, which was built without "
-                         "arm-none-eabi-gcc: give one with --image ELF");
+    return fail(failure, "no firmware for the emulator comes with this program: build it (./scripts/build; it takes "
+                         "arm-none-eabi-gcc), or give one with --image ELF");
 }

@@ -164,8 +164,9 @@ static bool check_block(const model_block_t *block, const char *where, failure_t
                 if (info->array) {
                     snprintf(element, sizeof element, "[%zu]", e);
                 }
-                return fail(failure, "%s: block %s: %s%s = %g %s is outside [%g, %g]", where, block->block->name,
-                            info->name, element, value, info->unit, info->low, info->high);
+                const bool pure = strcmp(info->unit, "1") == 0;
+                return fail(failure, "%s: block %s: %s%s = %g%s%s is outside [%g, %g]", where, block->block->name,
+                            info->name, element, value, pure ? "" : " ", pure ? "" : info->unit, info->low, info->high);
             }
             if (info->rising && e > 0 && !(value > parameter->value[e - 1])) {
                 return fail(failure, "%s: block %s: %s[%zu] does not rise", where, block->block->name, info->name, e);

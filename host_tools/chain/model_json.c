@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The JSON form of a model. Reading is strict, and every message names the block and parameter. */
+#include "base/json_input.h"
 #include "base/json_output.h"
 #include "chain/catalogue.h"
 #include "chain/model.h"
@@ -201,15 +202,12 @@ bool model_from_json(model_t *model, const json_t *json, const char *where, fail
 }
 
 bool model_read(model_t *model, const char *path, failure_t *failure) {
-    json_error_t error;
-    json_t *json = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
-    bool good;
+    json_t *json = json_read(path, "a model", failure);
     if (json == NULL) {
         memset(model, 0, sizeof *model);
-        return error.line > 0 ? fail(failure, "%s:%d: %s", path, error.line, error.text)
-                              : fail(failure, "%s", error.text); /* could not be opened: the text names the path */
+        return false;
     }
-    good = model_from_json(model, json, path, failure);
+    const bool good = model_from_json(model, json, path, failure);
     json_decref(json);
     return good;
 }

@@ -74,7 +74,8 @@ static bool read_value(const option_t *option, const char *text) {
         *(const char **)option->target = text;
         return true;
     case OPTION_NUMBER:
-        if (!read_number(text, strlen(text), &number[0])) {
+    case OPTION_NONZERO:
+        if (!read_number(text, strlen(text), &number[0]) || (option->kind == OPTION_NONZERO && number[0] == 0.0)) {
             return false;
         }
         *(double *)option->target = number[0];

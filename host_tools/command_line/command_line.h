@@ -28,6 +28,7 @@ typedef enum {
     OPTION_INPUT,       /**< const char *, a file that is read */
     OPTION_OUTPUT,      /**< const char *, a file that is written: see options_parse */
     OPTION_NUMBER,      /**< double, finite */
+    OPTION_NONZERO,     /**< the same, where 0 in the target means that it was not given */
     OPTION_COUNT,       /**< unsigned long, not negative */
     OPTION_COUNT_IF,    /**< unsigned long, "--name=N" above 0, or "--name" alone: OPTION_NO_COUNT */
     OPTION_RANGE,       /**< double[2] from LO:HI, finite, LO < HI */

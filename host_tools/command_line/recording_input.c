@@ -5,6 +5,7 @@
 #include "look/summary.h"
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 bool read_recording_aloud(recording_t *recording, const char *path, failure_t *failure) {
     if (!recording_read(recording, path, failure)) {
@@ -29,6 +30,21 @@ recording_t *read_recordings_aloud(char *const *paths, size_t count, failure_t *
     return read_spans_aloud(paths, count, &SPAN_WHOLE, failure);
 }
 
+/* Two samples of one measurement are no two measurements: standard errors come out too small. */
+static void note_repeated(char *const *paths, size_t count) {
+    struct stat *file = allocate(count, sizeof *file);
+    for (size_t i = 0; i < count; i++) {
+        const bool known = stat(paths[i], &file[i]) == 0 && S_ISREG(file[i].st_mode);
+        for (size_t k = 0; known && k < i; k++) {
+            if (file[k].st_dev == file[i].st_dev && file[k].st_ino == file[i].st_ino) {
+                fprintf(stderr, "note: %s is the same file as %s and counts once more\n", paths[i], paths[k]);
+                break;
+            }
+        }
+    }
+    free(file);
+}
+
 recording_t *read_spans_aloud(char *const *paths, size_t count, const span_t *span, failure_t *failure) {
     recording_t *recordings = allocate(count, sizeof *recordings);
     size_t bad = 0;
@@ -47,6 +63,7 @@ recording_t *read_spans_aloud(char *const *paths, size_t count, const span_t *sp
         recordings_free(recordings, count);
         return NULL;
     }
+    note_repeated(paths, count);
     return recordings;
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/backup.h"
 #include "base/json_output.h"
+#include "base/shown_name.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"
 #include <stdio.h>
@@ -21,15 +22,16 @@ static bool back_up(device_t *device, const settings_t *s, failure_t *failure) {
     if (!json_write(backup, s->output, failure)) {
         return false;
     }
-    if (s->json && !json_print(json_pack("{s:s, s:s, s:I, s:I}", "format", "hyst-backed-up-1", "backup", s->output,
-                                         "settings", (json_int_t)settings, "image_words", (json_int_t)words),
-                               JSON_INDENT(2), failure)) {
+    if (s->json &&
+        !json_print(json_pack("{s:s, s:s, s:I, s:I}", "format", "hyst-backed-up-1", "backup", shown_name(s->output),
+                              "settings", (json_int_t)settings, "image_words", (json_int_t)words),
+                    JSON_INDENT(2), failure)) {
         return false;
     }
     if (!text_wanted(s->json)) {
         return true;
     }
-    printf("%s: %zu settings, and ", s->output, settings);
+    printf("%s: %zu settings, and ", shown_name(s->output), settings);
     if (words > 0) {
         printf("the image in force of %zu words\n", words);
     } else {

@@ -77,11 +77,9 @@ static bool bench(const char *program, const char *image, const char *model, con
     twin_run_t run;
     bool ok = twin_run(twin, &emulator.line, announce, &announcement, &run, failure);
     twin_close(twin);
-    failure_t ending;
-    if (!emulator_stop(&emulator, &ending) && ok && !*stop) {
-        *failure = ending;
-        ok = false;
-    }
+    failure_t ignored;
+    ok = ok && (*stop != 0 || emulator_has_ended(&emulator, failure));
+    (void)emulator_stop(&emulator, &ignored);
     twin_print_run(&run, settings);
     return ok;
 }

@@ -8,6 +8,7 @@
 #include "commands/command.h"
 #include "compile/compile.h"
 #include "recording/table/table.h"
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -66,7 +67,10 @@ static const char *range_of(const hyst_parameters_t *image, hyst_mode_t mode, do
     return direct ? "V" : "um";
 }
 
-static bool check_levels(const hyst_parameters_t *image, const settings_t *s, failure_t *failure) {
+static bool check_rows(const device_t *device, const hyst_parameters_t *image, const settings_t *s,
+                       failure_t *failure) {
+    const double *time = s->table.column[0].value;
+    const double most_s = UINT32_MAX / device_sample_rate_hz(device);
     double range[2];
     const char *unit = range_of(image, s->played, range);
     for (size_t i = 0; i < s->table.rows; i++) {
@@ -75,21 +79,22 @@ static bool check_levels(const hyst_parameters_t *image, const settings_t *s, fa
             return fail(failure, "%s: row %zu: %g is outside of %g to %g %s", s->table.source, i + 1, level, range[0],
                         range[1], unit);
         }
+        if (i > 0 && time[i] - time[i - 1] > most_s) {
+            return fail(failure, "%s: row %zu: a line of more than %g s", s->table.source, i + 1, most_s);
+        }
     }
     return true;
 }
 
-static bool start_table(device_t *device, const hyst_parameters_t *image, const settings_t *s, failure_t *failure) {
-    breakpoint_t *corner = corners_of(&s->table, device_sample_rate_hz(device));
-    const experiment_table_t table = {.mode = s->played,
-                                      .condition = !s->no_condition,
-                                      .start = s->table.column[1].value[0],
-                                      .corner = corner,
-                                      .corners = s->table.rows - 1,
-                                      .passes = s->passes};
-    const bool good = experiment_start_table(device, image, &table, failure);
-    free(corner);
-    return good;
+/* corner: to be freed. */
+static experiment_table_t table_of(const device_t *device, const settings_t *s, breakpoint_t **corner) {
+    *corner = corners_of(&s->table, device_sample_rate_hz(device));
+    return (experiment_table_t){.mode = s->played,
+                                .condition = !s->no_condition,
+                                .start = s->table.column[1].value[0],
+                                .corner = *corner,
+                                .corners = s->table.rows - 1,
+                                .passes = s->passes};
 }
 
 static bool report(const settings_t *s, const waveform_t *waveform, failure_t *failure) {
@@ -100,7 +105,7 @@ static bool report(const settings_t *s, const waveform_t *waveform, failure_t *f
         json_object_set_new(object, table ? "table" : "waveform",
                             json_string(table ? s->table.source : waveform_name(waveform->kind)));
         if (table) {
-            json_object_set_new(object, "points", json_integer((json_int_t)s->table.rows - 1));
+            json_object_set_new(object, "points", json_integer((json_int_t)s->table.rows));
         }
         if (!json_print(object, JSON_INDENT(2), failure)) {
             return false;
@@ -110,7 +115,7 @@ static bool report(const settings_t *s, const waveform_t *waveform, failure_t *f
         return true;
     }
     if (table) {
-        printf("%s plays: %zu points, read back the same", s->table.source, s->table.rows - 1);
+        printf("%s plays: %zu points, read back the same", s->table.source, s->table.rows);
     } else {
         printf("%s plays at %g Hz", waveform_name(waveform->kind), waveform->frequency_hz);
     }
@@ -121,14 +126,33 @@ static bool report(const settings_t *s, const waveform_t *waveform, failure_t *f
 typedef struct {
     const settings_t *settings;
     const hyst_parameters_t *image;
-    const experiment_t *experiment; /* without a table */
+    const experiment_table_t *table; /* NULL: the experiment */
+    const experiment_t *experiment;
 } started_t;
 
 static bool start(device_t *device, void *context, failure_t *failure) {
     const started_t *started = context;
-    const settings_t *s = started->settings;
-    return s->path != NULL ? start_table(device, started->image, s, failure)
-                           : experiment_start(device, started->image, started->experiment, s->passes, failure);
+    return started->table != NULL
+               ? experiment_start_table(device, started->image, started->table, failure)
+               : experiment_start(device, started->image, started->experiment, started->settings->passes, failure);
+}
+
+/* What can be said before the drive moves is. */
+static bool drive(device_t *device, const settings_t *s, const hyst_parameters_t *image, const experiment_t *experiment,
+                  failure_t *failure) {
+    breakpoint_t *corner = NULL;
+    experiment_table_t table;
+    started_t started = {s, image, NULL, experiment};
+    const driving_t driving = {.play = start, .context = &started, .silence_s = s->silence_s};
+    if (s->path != NULL) {
+        table = table_of(device, s, &corner);
+        started.table = &table;
+    }
+    const bool good = (s->path != NULL ? experiment_check_table(device, &table, failure)
+                                       : experiment_check_start(device, experiment, failure)) &&
+                      driving_run(device, &driving, failure);
+    free(corner);
+    return good;
 }
 
 static bool play(device_t *device, const settings_t *s, failure_t *failure) {
@@ -139,13 +163,11 @@ static bool play(device_t *device, const settings_t *s, failure_t *failure) {
         return false;
     }
     const char *unit = range_of(&image, s->played, range);
-    if (s->path != NULL ? !check_levels(&image, s, failure)
+    if (s->path != NULL ? !check_rows(device, &image, s, failure)
                         : !waveform_make(&s->waveform, range, unit, &experiment.waveform, failure)) {
         return false;
     }
-    started_t started = {s, &image, &experiment};
-    const driving_t driving = {.play = start, .context = &started, .silence_s = s->silence_s};
-    return driving_run(device, &driving, failure) && report(s, &experiment.waveform, failure);
+    return drive(device, s, &image, &experiment, failure) && report(s, &experiment.waveform, failure);
 }
 
 static int work(device_t *device, void *settings) {
@@ -164,6 +186,9 @@ static int check(void *context) {
     }
     if (!(s->silence_s >= 0.1 && s->silence_s <= MOST_SILENCE_S)) {
         return usage_error(&command_play, "--silence %g: outside 0.1..%g s", s->silence_s, MOST_SILENCE_S);
+    }
+    if (s->passes > UINT32_MAX) {
+        return usage_error(&command_play, "--passes %lu: at most %" PRIu32, s->passes, UINT32_MAX);
     }
     if ((s->path != NULL) == (s->waveform.name != NULL)) {
         return usage_error(&command_play, "either --table FILE or --waveform NAME");
@@ -204,15 +229,12 @@ const command_t command_play = {
     .order = 112,
     .arguments = "--port DEV --table FILE|--waveform NAME",
     .summary = "Let the amplifier play a table or a waveform, and leave it playing",
-    .details = "Sweeps the whole drive range once, goes to the first level, uploads the table and reads it back, and "
-               "starts it. "
-               "Between\n"
-               "two points the reference is a straight line. The waveforms are those of `hyst record`. The amplifier "
-               "goes on when this command has ended, as "
-               "long as some "
-               "master\n"
-               "asks it something at least every --silence seconds: `hyst watch` does, or `hyst monitor`. `hyst stop` "
-               "ends it.",
+    .details =
+        "Sweeps the whole drive range once, goes to the first level, uploads the table and reads it back, and starts "
+        "it.\n"
+        "Between two points the reference is a straight line. The waveforms are those of `hyst record`. The amplifier\n"
+        "goes on when this command has ended, as long as some master sends it a request at least every --silence\n"
+        "seconds: `hyst watch` does, or `hyst monitor`. `hyst stop` ends it.",
     .run = run,
     .files = "FILE: any table of two columns, time in s and level; the first row is where it starts.\n",
     .examples = "# A pattern without end, watched over\n"

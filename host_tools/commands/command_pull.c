@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
 #include "base/json_output.h"
+#include "base/shown_name.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"
 #include "compile/compile.h"
@@ -21,9 +22,9 @@ static bool pull(const char *path, const device_options_t *line, bool json, fail
     }
     if (json) {
         const bool good =
-            json_print(json_pack("{s:s, s:s, s:I, s:s, s:I}", "format", "hyst-pull-1", "image", path, "model_id",
-                                 (json_int_t)parameters.model_id, "hysteresis", hysteresis_name(&parameters),
-                                 "operators", (json_int_t)hysteresis_size(&parameters)),
+            json_print(json_pack("{s:s, s:s, s:I, s:s, s:I}", "format", "hyst-pull-1", "image", shown_name(path),
+                                 "model_id", (json_int_t)parameters.model_id, "hysteresis",
+                                 hysteresis_name(&parameters), "operators", (json_int_t)hysteresis_size(&parameters)),
                        JSON_INDENT(2), failure);
         if (!good || !text_wanted(true)) {
             return good;
@@ -31,7 +32,7 @@ static bool pull(const char *path, const device_options_t *line, bool json, fail
     }
     char hysteresis[120];
     hysteresis_text(&parameters, hysteresis);
-    printf("%s: the image in force, model 0x%08" PRIX32 ", %s\n", path, parameters.model_id, hysteresis);
+    printf("%s: the image in force, model 0x%08" PRIX32 ", %s\n", shown_name(path), parameters.model_id, hysteresis);
     return true;
 }
 

@@ -2,6 +2,7 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/image_difference.h"
 #include "base/json_output.h"
+#include "base/shown_name.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"
 #include "compile/compile.h"
@@ -71,9 +72,9 @@ static bool push(const char *path, const device_options_t *line, bool store, boo
     }
     if (json) {
         const bool good = json_print(
-            json_pack("{s:s, s:s, s:I, s:s, s:I, s:b, s:b}", "format", "hyst-push-1", "image", path, "model_id",
-                      (json_int_t)parameters.model_id, "hysteresis", hysteresis_name(&parameters), "operators",
-                      (json_int_t)hysteresis_size(&parameters), "verified", true, "stored", store),
+            json_pack("{s:s, s:s, s:I, s:s, s:I, s:b, s:b}", "format", "hyst-push-1", "image", shown_name(path),
+                      "model_id", (json_int_t)parameters.model_id, "hysteresis", hysteresis_name(&parameters),
+                      "operators", (json_int_t)hysteresis_size(&parameters), "verified", true, "stored", store),
             JSON_INDENT(2), failure);
         if (!good || !text_wanted(true)) {
             return good;
@@ -81,8 +82,8 @@ static bool push(const char *path, const device_options_t *line, bool store, boo
     }
     char hysteresis[120];
     hysteresis_text(&parameters, hysteresis);
-    printf("%s is in force and read back the same: model 0x%08" PRIX32 ", %s%s\n", path, parameters.model_id,
-           hysteresis, store ? "; stored for the next start, with the limits that are set" : "");
+    printf("%s is in force and read back the same: model 0x%08" PRIX32 ", %s%s\n", shown_name(path),
+           parameters.model_id, hysteresis, store ? "; stored for the next start, with the limits that are set" : "");
     return true;
 }
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "base/shown_name.h"
 #include "command_line/device_options.h"
 #include "command_line/waveform_options.h"
 #include "commands/command.h"
@@ -18,16 +19,17 @@ static bool report(const recording_t *recording, const settings_t *settings, fai
     values_range(recording->column[COLUMN_DRIVE], recording->samples, drive);
     values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, position);
     if (settings->json) {
-        const bool good = json_print(json_pack("{s:s, s:s, s:I, s:f, s:[ff], s:[ff]}", "format", "hyst-record-1",
-                                               "recording", settings->output, "samples", (json_int_t)recording->samples,
-                                               "sample_rate_hz", recording->sample_rate_hz, "drive_v", drive[0],
-                                               drive[1], "displacement_um", position[0], position[1]),
-                                     JSON_INDENT(2), failure);
+        const bool good =
+            json_print(json_pack("{s:s, s:s, s:I, s:f, s:[ff], s:[ff]}", "format", "hyst-record-1", "recording",
+                                 shown_name(settings->output), "samples", (json_int_t)recording->samples,
+                                 "sample_rate_hz", recording->sample_rate_hz, "drive_v", drive[0], drive[1],
+                                 "displacement_um", position[0], position[1]),
+                       JSON_INDENT(2), failure);
         if (!good || !text_wanted(true)) {
             return good;
         }
     }
-    printf("%s: %zu samples at %g Hz, drive %.4f..%.4f V, displacement %.4f..%.4f um\n", settings->output,
+    printf("%s: %zu samples at %g Hz, drive %.4f..%.4f V, displacement %.4f..%.4f um\n", shown_name(settings->output),
            recording->samples, recording->sample_rate_hz, drive[0], drive[1], position[0], position[1]);
     return true;
 }
@@ -35,7 +37,11 @@ static bool report(const recording_t *recording, const settings_t *settings, fai
 /* While the run is guarded: a file that cannot be written parks the amplifier. */
 static bool take(void *context, const recording_t *recording, const experiment_events_t *events, failure_t *failure) {
     const settings_t *settings = context;
+    const char *contradiction = recording_key(recording, RECORDING_CONTRADICTION_KEY);
     experiment_print_events(events);
+    if (contradiction != NULL) {
+        fprintf(stderr, "note: %s: the recording has the former\n", contradiction);
+    }
     return recording_write(recording, settings->output, failure) && report(recording, settings, failure);
 }
 

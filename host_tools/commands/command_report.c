@@ -73,7 +73,7 @@ static bool make_report(const settings_t *settings, const char *model_path, cons
                        .track = allocate(tracks, sizeof *report.track)};
     bool good =
         settings->diagnosis == NULL || (report.diagnosis = report_diagnosis_read(settings->diagnosis, failure)) != NULL;
-    good = good && read_tracks(&report, track, tracks, failure) &&
+    good = good && read_tracks(&report, track, tracks, failure) && report_check_modes(&report, failure) &&
            (settings->picture == NULL || report_write_picture(&report, settings->picture, failure)) &&
            write_report(&report, settings->output, settings->json, failure);
     for (size_t i = 0; i < report.tracks; i++) {

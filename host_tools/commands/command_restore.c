@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/backup.h"
+#include "base/json_input.h"
+#include "base/shown_name.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"
 #include <stdio.h>
@@ -19,17 +21,18 @@ static bool restore(device_t *device, const settings_t *s, failure_t *failure) {
         (s->store && !amplifier_image_store(device, failure))) {
         return false;
     }
-    if (s->json && !json_print(json_pack("{s:s, s:s, s:I, s:b, s:I, s:b}", "format", "hyst-restore-1", "backup",
-                                         s->input, "settings", (json_int_t)done.settings, "image", (int)done.image,
-                                         "not_there", (json_int_t)done.not_there, "stored", (int)s->store),
-                               JSON_INDENT(2), failure)) {
+    if (s->json &&
+        !json_print(json_pack("{s:s, s:s, s:I, s:b, s:I, s:b}", "format", "hyst-restore-1", "backup",
+                              shown_name(s->input), "settings", (json_int_t)done.settings, "image", (int)done.image,
+                              "not_there", (json_int_t)done.not_there, "stored", (int)s->store),
+                    JSON_INDENT(2), failure)) {
         return false;
     }
     if (!text_wanted(s->json)) {
         return true;
     }
-    printf("%s: %zu settings%s, read back the same%s\n", s->input, done.settings, done.image ? " and the image" : "",
-           s->store ? "; stored for the next start" : "");
+    printf("%s: %zu settings%s, read back the same%s\n", shown_name(s->input), done.settings,
+           done.image ? " and the image" : "", s->store ? "; stored for the next start" : "");
     if (done.not_there > 0) {
         printf("note: %zu settings of it are not in this amplifier's firmware\n", done.not_there);
     }
@@ -48,9 +51,8 @@ static int check(void *settings) {
 
 static bool prepare(void *settings, failure_t *failure) {
     settings_t *s = settings;
-    json_error_t error;
-    s->backup = json_load_file(s->input, JSON_REJECT_DUPLICATES, &error);
-    return s->backup != NULL || fail(failure, "%s: line %d: %s", s->input, error.line, error.text);
+    s->backup = json_read(s->input, "a backup", failure);
+    return s->backup != NULL;
 }
 
 static int run(int argc, char **argv) {

@@ -23,7 +23,8 @@ const command_t command_simulate = {
         "counts from there on. With its own zero: less the mean of the error, as between two days of a sensor that is "
         "set\n"
         "to zero anew. The header key drive_before_v says what the drive was before the recording. NRMSE is the RMS "
-        "error over the peak-to-peak displacement.\n"
+        "error\n"
+        "over the peak-to-peak displacement.\n"
         "OUT.csv is a recording of the model: its displacement is the simulated one, the measured one is its "
         "reference.",
     .run = simulate,

@@ -5,7 +5,7 @@
 
 static int run(int argc, char **argv) {
     static const halt_command_t halt = {
-        .halt = COMMAND_STOP, .format = "hyst-stop-1", .sentence = "nothing plays; the drive holds"};
+        .halt = COMMAND_STOP, .format = "hyst-stop-1", .sentence = "nothing plays now; the drive holds"};
     return halt_command_run(&command_stop, &halt, argc, argv);
 }
 

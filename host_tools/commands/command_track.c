@@ -145,7 +145,7 @@ static int run(int argc, char **argv) {
         {"--both", NULL, OPTION_FLAG, NULL, "linear first, then compensate, and compare", &s.both},
         {"--no-condition", NULL, OPTION_FLAG, NULL, "do not sweep the drive range first", &s.no_condition},
         {"--frames", NULL, OPTION_COUNT, "N",
-         "rows of the recording at most: fewer are read sooner (as many as it holds)", &s.frames},
+         "rows of the recording at most: fewer are read sooner; 0, the default: as many as it holds", &s.frames},
         {"--output", "-o", OPTION_OUTPUT, "CSV",
          "recording to write; with --both two, named CSV-linear and CSV-compensate", &s.output},
         JSON_OPTION(&s.json),

@@ -2,6 +2,7 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/model_guard.h"
 #include "base/monotonic_clock.h"
+#include "base/output_file.h"
 #include "base/stop_signal.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"
@@ -46,8 +47,8 @@ typedef struct {
     const settings_t *settings;
     const volatile sig_atomic_t *stop;
     guard_t guard;
-    pid_t diagnosing; /* 0: none */
-    unsigned long events, pages;
+    pid_t diagnosing;                    /* 0: none */
+    unsigned long events, pages, failed; /* failed: warnings without their record or their page */
 } watch_t;
 
 /* FOLDER/NAME or FOLDER/NAME/FILE. */
@@ -58,6 +59,21 @@ static bool path_of(const warning_t *warning, const char *suffix, char path[PATH
 
 static bool make_folder(const char *path, failure_t *failure) {
     return mkdir(path, 0777) == 0 || errno == EEXIST || fail(failure, "%s: %s", path, strerror(errno));
+}
+
+/* Before there is a warning: whether a file can be made in it. */
+static bool prepare_folder(const char *path, failure_t *failure) {
+    char page[PATH_LENGTH];
+    const char *const output = page;
+    return ((size_t)snprintf(page, sizeof page, "%s/page.html", path) < sizeof page ||
+            fail(failure, "%s: name too long", path)) &&
+           make_folder(path, failure) && output_files_check(&output, 1, NULL, 0, failure);
+}
+
+/* The watch goes on: as long as it does, the amplifier hears from it. */
+static void tell_failed(watch_t *watch, const failure_t *failure) {
+    watch->failed++;
+    (void)failure_print(failure);
 }
 
 /* Whether what was found can be compiled; the reason goes to the page. */
@@ -120,11 +136,10 @@ static double rms_from(const recording_t *record, double from_s) {
     return sqrt(squares / (double)(record->samples - from));
 }
 
-/* The record as it came, in a folder beside the page. */
-static bool keep_record(watch_t *watch, warning_t *warning, failure_t *failure) {
+/* The record, and what is known of it. */
+static bool fetch_record(watch_t *watch, warning_t *warning, failure_t *failure) {
     const guard_t *guard = &watch->guard;
     size_t warned = 0;
-    char path[PATH_LENGTH];
     if (!guard_fetch(&watch->guard, &warning->record, &warned, failure)) {
         return false;
     }
@@ -147,28 +162,33 @@ static bool keep_record(watch_t *watch, warning_t *warning, failure_t *failure) 
     for (char *c = warning->folder; *c != '\0'; c++) {
         *c = *c == ':' ? '-' : *c; /* names that every file system takes */
     }
-    const bool good = path_of(warning, "", path, failure) && make_folder(path, failure) &&
-                      path_of(warning, "/recording.csv", path, failure) && recording_write(r, path, failure);
-    if (!good) {
-        recording_free(&warning->record);
-    }
-    return good;
+    return true;
+}
+
+/* As it came, in a folder beside the page. */
+static bool keep_record(const warning_t *warning, failure_t *failure) {
+    char path[PATH_LENGTH];
+    return path_of(warning, "", path, failure) && make_folder(path, failure) &&
+           path_of(warning, "/recording.csv", path, failure) && recording_write(&warning->record, path, failure);
 }
 
 /* Looks whether the diagnosis has come to its end. */
-static bool collect(watch_t *watch, bool wait, failure_t *failure) {
+static void collect(watch_t *watch, bool wait) {
     int status = 0;
+    failure_t failure;
     if (watch->diagnosing == 0) {
-        return true;
+        return;
     }
     const pid_t ended = waitpid(watch->diagnosing, &status, wait ? 0 : WNOHANG);
     if (ended == 0 || (ended < 0 && errno == EINTR)) {
-        return true;
+        return;
     }
     watch->diagnosing = 0;
     watch->pages++;
-    return (ended > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0) ||
-           fail(failure, "a diagnosis failed; its record is in %s", watch->settings->report);
+    if (ended < 0 || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+        (void)fail(&failure, "a diagnosis failed; its record is in %s", watch->settings->report);
+        tell_failed(watch, &failure);
+    }
 }
 
 /* Between two looks. */
@@ -178,7 +198,8 @@ static bool rest(void *context, failure_t *failure) {
     if (*watch->stop != 0) {
         return fail(failure, "interrupted (%s)", stop_signal_name(*watch->stop));
     }
-    return collect(watch, false, failure);
+    collect(watch, false);
+    return true;
 }
 
 /* The amplifier must hear from this process meanwhile, so another one diagnoses. */
@@ -212,21 +233,31 @@ static void print_limit(const watch_t *watch) {
     (void)fflush(stdout);
 }
 
+static void print_warning(const warning_t *warning) {
+    const event_t *event = &warning->event;
+    const bool dated = !isnan(event->since_s);
+    if (text_wanted(warning->settings->json)) {
+        printf("warning: %.4g um since %s%.2f s before it; record and page: %s/%s\n", event->rms_um,
+               dated ? "" : "more than ", dated ? event->warned_s - event->since_s : event->warned_s,
+               warning->settings->report, warning->folder);
+        (void)fflush(stdout);
+    }
+}
+
 static bool take_warning(watch_t *watch, failure_t *failure) {
     warning_t warning = {.settings = watch->settings};
-    if (!keep_record(watch, &warning, failure)) {
+    failure_t of_file;
+    bool good = true;
+    if (!fetch_record(watch, &warning, failure)) {
         return false;
     }
     watch->events++;
-    const bool dated = !isnan(warning.event.since_s);
-    if (text_wanted(watch->settings->json)) {
-        printf("warning: %.4g um since %s%.2f s before it; record and page: %s/%s\n", warning.event.rms_um,
-               dated ? "" : "more than ",
-               dated ? warning.event.warned_s - warning.event.since_s : warning.event.warned_s, watch->settings->report,
-               warning.folder);
-        (void)fflush(stdout);
+    print_warning(&warning);
+    if (keep_record(&warning, &of_file)) {
+        good = start_diagnosis(watch, &warning, failure);
+    } else {
+        tell_failed(watch, &of_file);
     }
-    bool good = start_diagnosis(watch, &warning, failure);
     recording_free(&warning.record);
     good = good && guard_again(&watch->guard, rest, watch, failure);
     if (good) {
@@ -275,6 +306,7 @@ static bool tell_end(const watch_t *watch, failure_t *failure) {
     return true;
 }
 
+/* Signals end it as they should. 1: a warning has no record, or no page. */
 static int work(device_t *device, void *settings) {
     watch_t watch = {.settings = settings, .stop = stop_on_signal()};
     hyst_parameters_t image;
@@ -284,13 +316,13 @@ static int work(device_t *device, void *settings) {
         return failure_print(&failure);
     }
     const bool good = watch_on(&watch, device, &image, &failure);
-    (void)collect(&watch, true, &ignored); /* a page that has begun is written */
+    collect(&watch, true); /* a page that has begun is written */
     if (!good && *watch.stop != 0) {
         (void)guard_end(&watch.guard, &ignored);
     } else if (!good) {
         return failure_print(&failure);
     }
-    return tell_end(&watch, &failure) ? STATUS_DONE : failure_print(&failure);
+    return !tell_end(&watch, &failure) ? failure_print(&failure) : watch.failed > 0 ? STATUS_FAILED : STATUS_DONE;
 }
 
 static int check(void *context) {
@@ -303,7 +335,7 @@ static int check(void *context) {
     if (!guard_settings_check(&s->guard, &failure)) {
         return usage_error(&command_watch, "%s", failure.text);
     }
-    if (!model_read(&model, s->model, &failure) || !make_folder(s->report, &failure)) {
+    if (!model_read(&model, s->model, &failure) || !prepare_folder(s->report, &failure)) {
         return failure_print(&failure);
     }
     model_free(&model);

@@ -26,6 +26,32 @@ void hyst_host_free(void *memory) {
     free(memory);
 }
 
+/* An option that is there has been given: 0 would be taken for its absence, and a negative count for 0. */
+static bool check_positive(json_t *json) {
+    static const char *const keys[] = {"sample_rate_hz", "operators", "cycles", "steps", "tones"};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        const json_t *value = json_object_get(json, keys[i]);
+        if (json_is_number(value) && !(json_number_value(value) > 0.0)) {
+            return fail(&last, "%s %g: must be positive", keys[i], json_number_value(value));
+        }
+    }
+    return true;
+}
+
+/* The only arrays among options: the first end below the other, as on the command line. */
+static bool check_ranges(json_t *json) {
+    const char *key;
+    json_t *value;
+    json_object_foreach(json, key, value) {
+        const double low = json_number_value(json_array_get(value, 0)),
+                     high = json_number_value(json_array_get(value, 1));
+        if (json_is_array(value) && !(low < high)) {
+            return fail(&last, "%s: from %g to %g is no range: the lower end comes first", key, low, high);
+        }
+    }
+    return true;
+}
+
 json_t *interface_options(const char *options, const char *format, ...) {
     json_error_t error;
     va_list values;
@@ -40,6 +66,8 @@ json_t *interface_options(const char *options, const char *format, ...) {
     va_end(values);
     if (!good) {
         fail(&last, "options: %s", error.text);
+    }
+    if (!good || !check_ranges(json) || !check_positive(json)) {
         json_decref(json);
         return NULL;
     }

@@ -11,7 +11,7 @@
  *   its handle, and is valid until that is freed. Texts are UTF-8; those that are not const are the caller's, to be
  *   freed by hyst_host_free.
  * - Options and answers with many parts are JSON objects as text. An option that is absent or null has its default; an
- *   unknown one is refused.
+ *   unknown one is refused, and so is a range [low, high] that does not go up.
  * - Fits and diagnoses ("long work") run one at a time in a process, in the thread that calls. Any thread may ask them
  *   to end with hyst_host_cancel: they then fail with "interrupted", within about a second of a processor's time.
  *

@@ -78,6 +78,7 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
         good = good && find_column(key, &column);
         if (good) {
             wishes->said.scale[column] = json_number_value(said);
+            good = wishes->said.scale[column] != 0.0 || fail(interface_failure(), "scale of %s: 0 or no number", key);
         }
     }
     return good;
@@ -129,7 +130,8 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
 hyst_host_recording_t *hyst_host_recording_make(const char *name, double sample_rate_hz, size_t samples) {
     recording_t recording;
     if (!(sample_rate_hz > 0.0) || !(sample_rate_hz <= RECORDING_FASTEST_HZ)) {
-        fail(interface_failure(), "%s: the sample rate, %g Hz, is not a positive number", name, sample_rate_hz);
+        fail(interface_failure(), "%s: the sample rate, %g Hz, is not positive and at most %g Hz", name, sample_rate_hz,
+             RECORDING_FASTEST_HZ);
         return NULL;
     }
     if (samples < 2) {

@@ -3,6 +3,8 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/driving.h"
 #include "compile/compile.h"
+#include <stdio.h>
+#include <string.h>
 
 /* The whole drive range in 20 ms: fast enough for electronics to show, gentle for most high-voltage amplifiers. */
 static const double ranges_per_s = 50.0;
@@ -33,6 +35,33 @@ static bool set_scales(hyst_parameters_t *image, const record_options_t *options
             set_scale(options->position_range_um, &image->position_center_pm, &image->position_half_range_pm,
                       "--position-range", failure)) &&
            parameters_check(image, "--drive-range, --position-range", failure);
+}
+
+/* Ends that differ by more than this share of the range contradict each other; a rounded print does not. */
+static const double same_range = 1e-3;
+
+enum { CONTRADICTION = 200 };
+
+/* Appends to the text what was given and what the image says, where these differ. */
+static void compare(const double range[2], double low, double high, const char *option, const char *unit,
+                    char text[CONTRADICTION]) {
+    const size_t used = strlen(text);
+    if (given(range) && fmax(fabs(range[0] - low), fabs(range[1] - high)) > same_range * (high - low)) {
+        (void)snprintf(text + used, CONTRADICTION - used, "%s%s %g:%g, where the image in force says %g:%g %s",
+                       used > 0 ? "; " : "", option, range[0], range[1], low, high, unit);
+    }
+}
+
+static void find_contradiction(const hyst_parameters_t *image, const record_options_t *options,
+                               char text[CONTRADICTION]) {
+    const double um = 1e-6, drive_v = um * image->drive_center_uv, half_v = um * image->drive_half_range_uv,
+                 position_um = um * image->position_center_pm, half_um = um * image->position_half_range_pm;
+    text[0] = '\0';
+    if (!amplifier_image_is_neutral(image)) {
+        compare(options->drive_range_v, drive_v - half_v, drive_v + half_v, "--drive-range", "V", text);
+        compare(options->position_range_um, position_um - half_um, position_um + half_um, "--position-range", "um",
+                text);
+    }
 }
 
 /* The ranges that were given; an amplifier without parameters gets them as an image, since it cannot be armed without.
@@ -81,15 +110,27 @@ typedef struct {
     const record_listener_t *listener;
     recording_t *recording;
     experiment_events_t events;
+    char contradiction[CONTRADICTION]; /* "": none */
 } run_t;
+
+static void note_contradiction(const run_t *run) {
+    if (run->contradiction[0] != '\0') {
+        recording_set_key(run->recording, RECORDING_CONTRADICTION_KEY, run->contradiction);
+    }
+}
 
 static bool play(device_t *device, void *context, failure_t *failure) {
     run_t *run = context;
     const record_listener_t *listener = run->listener;
-    return (run->probe.parts != 0
-                ? experiment_run_probe(device, &run->image, &run->probe, run->recording, &run->events, failure)
-                : experiment_run(device, &run->image, &run->experiment, run->recording, &run->events, failure)) &&
-           (listener->take == NULL || listener->take(listener->context, run->recording, &run->events, failure));
+    const bool played =
+        run->probe.parts != 0
+            ? experiment_run_probe(device, &run->image, &run->probe, run->recording, &run->events, failure)
+            : experiment_run(device, &run->image, &run->experiment, run->recording, &run->events, failure);
+    if (!played) {
+        return false;
+    }
+    note_contradiction(run);
+    return (listener->take == NULL || listener->take(listener->context, run->recording, &run->events, failure));
 }
 
 bool record_run(device_t *device, const record_options_t *options, const record_listener_t *listener,
@@ -102,8 +143,11 @@ bool record_run(device_t *device, const record_options_t *options, const record_
     hyst_parameters_t *image = &run.image;
     const driving_t driving = {.play = play, .context = &run, .stop = listener->stop};
     *usage = !record_check(options, failure);
-    if (*usage || !amplifier_image_read(device, image, failure) || !check_scales(image, options, failure) ||
-        !give_ranges(device, image, options, failure)) {
+    if (*usage || !amplifier_image_read(device, image, failure) || !check_scales(image, options, failure)) {
+        return false;
+    }
+    find_contradiction(image, options, run.contradiction);
+    if (!give_ranges(device, image, options, failure)) {
         return false;
     }
     const double range_v[2] = {drive_to_volts(image, image->drive_low), drive_to_volts(image, image->drive_high)};
@@ -112,6 +156,9 @@ bool record_run(device_t *device, const record_options_t *options, const record_
         !(options->probe != NULL ? choose_slew_rate(options, range_v, &run.probe.slew_v_per_s, failure)
                                  : waveform_make(&options->waveform, range_v, "V", &run.experiment.waveform, failure));
     if (*usage) {
+        return false;
+    }
+    if (options->probe == NULL && !experiment_check(device, &run.experiment, failure)) {
         return false;
     }
     *recording = (recording_t){0};

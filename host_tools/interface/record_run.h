@@ -29,6 +29,9 @@ typedef struct {
     void *context;
 } record_listener_t;
 
+/** Key of a recording whose options name other ranges than the image in force, which is not changed: both of them. */
+#define RECORDING_CONTRADICTION_KEY "contradiction"
+
 /** What contradicts itself before there is an amplifier. */
 bool record_check(const record_options_t *options, failure_t *failure);
 

@@ -93,10 +93,14 @@ static bool check_scales(const hyst_parameters_t *image, failure_t *failure) {
                          "image with `hyst compile` and `hyst push` it first");
 }
 
+static experiment_t experiment_of(const track_options_t *options, const waveform_t *waveform, hyst_mode_t mode) {
+    return (experiment_t){
+        .waveform = *waveform, .mode = mode, .condition = !options->no_condition, .frames = options->frames};
+}
+
 static bool run_one(device_t *device, const hyst_parameters_t *image, const waveform_t *waveform,
                     const track_options_t *options, track_t *track, failure_t *failure) {
-    const experiment_t experiment = {
-        .waveform = *waveform, .mode = track->mode, .condition = !options->no_condition, .frames = options->frames};
+    const experiment_t experiment = experiment_of(options, waveform, track->mode);
     if (!experiment_run(device, image, &experiment, &track->recording, &track->events, failure)) {
         return false;
     }
@@ -137,7 +141,8 @@ bool track_run(device_t *device, const track_options_t *options, waveform_t *wav
         return false;
     }
     *usage = !waveform_make(&options->waveform, range_um, "um", waveform, failure);
-    if (*usage) {
+    const experiment_t first = experiment_of(options, waveform, options->mode[0]);
+    if (*usage || !experiment_check(device, &first, failure)) {
         return false;
     }
     for (size_t i = 0; i < options->count; i++) {

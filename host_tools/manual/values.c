@@ -49,8 +49,9 @@ values_t option_values(const option_t *option, char words[VALUE_WORDS]) {
         append_blocks(words);
     } else if (strcmp(option->argument, "DEV") == 0) {
         return VALUES_PORT;
-    } else if (option->kind != OPTION_NUMBER && option->kind != OPTION_COUNT && option->kind != OPTION_RANGE &&
-               strcmp(option->argument, "TEXT") != 0 && strchr(option->argument, ':') == NULL) {
+    } else if (option->kind != OPTION_NUMBER && option->kind != OPTION_NONZERO && option->kind != OPTION_COUNT &&
+               option->kind != OPTION_RANGE && strcmp(option->argument, "TEXT") != 0 &&
+               strchr(option->argument, ':') == NULL) {
         return VALUES_FILE;
     }
     return words[0] != '\0' ? VALUES_LISTED : VALUES_FREE;

@@ -223,8 +223,14 @@ bool recording_span(recording_t *recording, double from_s, double to_s, failure_
     const size_t first = sample_at(recording, from_s), behind = sample_at(recording, to_s);
     if (first >= behind) {
         const double end_s = recording->start_s + (double)recording->samples / recording->sample_rate_hz;
-        return fail(failure, "%s: no sample from %g to %g s: it was recorded from %g to %g s", recording->name, from_s,
-                    to_s, recording->start_s, end_s);
+        char span[60];
+        if (isfinite(to_s)) {
+            (void)snprintf(span, sizeof span, "%g to %g s", from_s, to_s);
+        } else {
+            (void)snprintf(span, sizeof span, "%g s on", from_s);
+        }
+        return fail(failure, "%s: no sample from %s: it was recorded from %g to %g s", recording->name, span,
+                    recording->start_s, end_s);
     }
     recording_keep(recording, first, behind - first);
     return true;

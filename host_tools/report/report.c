@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/report.h"
+#include "base/json_input.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -61,6 +62,26 @@ bool report_track_read(report_track_t *track, const char *name, const char *befo
     return true;
 }
 
+/* A file without the key may be anything. */
+static bool is_mode(const recording_t *recording, const char *mode) {
+    const char *said = recording_key(recording, "mode");
+    return said == NULL || strcmp(said, mode) == 0;
+}
+
+bool report_check_modes(const report_t *report, failure_t *failure) {
+    const char *const due = report->diagnosis != NULL ? "compensate" : "linear";
+    for (size_t i = 0; i < report->tracks; i++) {
+        const report_track_t *t = &report->track[i];
+        if (!is_mode(&t->before, due) || !is_mode(&t->after, "compensate")) {
+            const char *before = recording_key(&t->before, "mode"), *after = recording_key(&t->after, "mode");
+            return fail(failure,
+                        "%s: by their headers BEFORE has mode %s and AFTER mode %s, the page is of %s and compensate",
+                        t->name, before != NULL ? before : "unknown", after != NULL ? after : "unknown", due);
+        }
+    }
+    return true;
+}
+
 void report_track_free(report_track_t *track) {
     recording_free(&track->before);
     recording_free(&track->after);
@@ -85,10 +106,8 @@ const report_words_t *report_words(const report_t *report) {
 }
 
 json_t *report_diagnosis_read(const char *path, failure_t *failure) {
-    json_error_t error;
-    json_t *diagnosis = json_load_file(path, JSON_REJECT_DUPLICATES, &error);
+    json_t *diagnosis = json_read(path, "a diagnosis", failure);
     if (diagnosis == NULL) {
-        fail(failure, "%s:%d: %s", path, error.line, error.text);
         return NULL;
     }
     const char *format = json_string_value(json_object_get(diagnosis, "format"));

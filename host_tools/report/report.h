@@ -32,6 +32,8 @@ typedef struct {
 bool report_track_read(report_track_t *track, const char *name, const char *before, const char *after,
                        failure_t *failure);
 void report_track_free(report_track_t *track);
+/** Refuses tracks whose headers say that they were made in another mode than the page would say. */
+bool report_check_modes(const report_t *report, failure_t *failure);
 
 /** How before and after are called. */
 typedef struct {

@@ -49,16 +49,20 @@ static bool argue_output(job_line_t *line, const char *option, size_t which, fai
     return folder_path(line->folder, line->made[which], room(line), failure);
 }
 
-/* Of a recording that was refused because its columns look exchanged. */
-static bool argue_columns(job_line_t *line, json_t *message, failure_t *failure) {
-    bool right = false;
-    if (!message_flag(message, "columns_are_right", &right, failure)) {
+static bool argue_flag(job_line_t *line, json_t *message, const char *key, const char *option, failure_t *failure) {
+    bool set = false;
+    if (!message_flag(message, key, &set, failure)) {
         return false;
     }
-    if (right) {
-        argue(line, "--columns-are-right");
+    if (set) {
+        argue(line, option);
     }
     return true;
+}
+
+/* Of a recording that was refused because its columns look exchanged. */
+static bool argue_columns(job_line_t *line, json_t *message, failure_t *failure) {
+    return argue_flag(line, message, "columns_are_right", "--columns-are-right", failure);
 }
 
 static bool fit_line(job_line_t *line, json_t *message, failure_t *failure) {
@@ -172,6 +176,8 @@ static bool import_line(job_line_t *line, json_t *message, failure_t *failure) {
     bool write = true;
     argue(line, "import");
     if (!argue_measurements(line, message, name, failure) || !argue_wishes(line, message, failure) ||
+        !argue_flag(line, message, "fill_missing", "--fill-missing", failure) ||
+        !argue_flag(line, message, "drop_held", "--drop-held", failure) ||
         !message_flag(message, "write", &write, failure)) {
         return false;
     }

@@ -412,6 +412,13 @@ static void test_an_unplugged_device(void) {
     expect_line(options.port);
 }
 
+static void test_a_device_that_is_unplugged_meanwhile_is_not_called_another_one(void) {
+    simulated_device_fault(LINE_HANGS_UP, 0, 1);
+    TEST_ASSERT_NULL(device_open(&options, &failure));
+    expect_line("the line is gone");
+    TEST_ASSERT_NULL_MESSAGE(strstr(failure.text, "is not a hyst amplifier"), failure.text);
+}
+
 static void test_ports_that_are_none(void) {
     options.port = "/dev/no-such-port";
     refuses_to_open("cannot open /dev/no-such-port: No such file or directory");
@@ -492,6 +499,7 @@ int main(void) {
     RUN_TEST(test_a_line_that_dies_with_the_answer);
     RUN_TEST(test_a_parity_that_is_none);
     RUN_TEST(test_an_unplugged_device);
+    RUN_TEST(test_a_device_that_is_unplugged_meanwhile_is_not_called_another_one);
     RUN_TEST(test_ports_that_are_none);
     RUN_TEST(test_locks);
     RUN_TEST(test_a_port_in_use_is_left_alone);

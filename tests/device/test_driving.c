@@ -8,6 +8,7 @@
 #include "base/monotonic_clock.h"
 #include "loop/telemetry.h"
 #include "motion/source.h"
+#include "recording/recording.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <fcntl.h>
@@ -141,6 +142,7 @@ static void wait_for_start(void) {
     }
 }
 
+/* The user's error, or the note of a command that goes on. */
 static void expect_error(const char *part) {
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(errors, part), errors);
     TEST_ASSERT_EQUAL_PTR_MESSAGE(errors + strlen(errors) - 1, strchr(errors, '\n'), "not one line");
@@ -288,6 +290,119 @@ static void test_an_amplifier_without_parameters_is_not_driven(void) {
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
 }
 
+/* The loop stands still: had one of these tried to move the drive, it would say so. */
+static void test_what_cannot_be_played_is_refused_before_anything_moves(void) {
+    static const struct {
+        const char *part;
+        const char *command[16];
+    } refused[] = {
+        {"a sine of 6000 Hz cannot be played at 10000 samples per second",
+         {"record", "--waveform", "sine", "-f", "6000", "-o", "/dev/null", NULL}},
+        {"a sine of 1e+09 Hz cannot be played", {"record", "--waveform", "sine", "-f", "1e9", "-o", "/dev/null", NULL}},
+        {"a triangle of 6000 Hz cannot be played at 10000 samples per second",
+         {"record", "--waveform", "triangle", "-f", "6000", "-o", "/dev/null", NULL}},
+        {"a sine of 5001 Hz cannot be played",
+         {"record", "--waveform", "sweep", "--end-frequency", "5001", "-o", "/dev/null", NULL}},
+        {"Hz cannot be played",
+         {"track", "--waveform", "multisine", "-f", "100", "--end-frequency", "6000", "--mode", "linear", NULL}},
+        {"fewer than two samples", {"track", "--waveform", "sine", "--frames", "1", "--mode", "linear", NULL}},
+        {"the waveform lasts ", {"record", "--waveform", "sine", "-f", "1e-5", "-o", "/dev/null", NULL}},
+        {"a staircase of 2000 Hz cannot be played", {"play", "--waveform", "staircase", "-f", "2000", NULL}},
+        {" breakpoints, this waveform has 3000", {"play", "--table", "long_table.csv", "--mode", "direct", NULL}},
+        {"row 2: a line of more than 429497 s", {"play", "--table", "slow_table.csv", "--mode", "direct", NULL}}};
+    FILE *table = fopen("long_table.csv", "w");
+    for (int row = 0; row <= 3000; row++) {
+        (void)fprintf(table, "%d,%d\n", row, 20 + row % 2);
+    }
+    (void)fclose(table);
+    table = fopen("slow_table.csv", "w");
+    (void)fputs("0,20\n1000000,30\n2000000,20\n", table);
+    (void)fclose(table);
+    simulated_device_line()->loop_stands = true;
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        start(refused[i].command);
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+        expect_error(refused[i].part);
+        TEST_ASSERT_NULL_MESSAGE(strstr(errors, "parked"), errors);
+    }
+}
+
+/* The image has 0:100 V and 0:100 um. */
+static void test_ranges_that_contradict_the_image_are_noted(void) {
+    static const char *const other[] = {"record", "--waveform", "sine",          "-f",    "50", "-n", "1",
+                                        "-o",     "ranges.csv", "--drive-range", "0:200", NULL};
+    static const char *const same[] = {"record", "--waveform", "sine",          "-f",    "50", "-n", "1",
+                                       "-o",     "ranges.csv", "--drive-range", "0:100", NULL};
+    recording_t recording;
+    start(other);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    expect_error("note: --drive-range 0:200, where the image in force says 0:100 V: the recording has the former");
+    must(recording_read(&recording, "ranges.csv", &failure));
+    TEST_ASSERT_EQUAL_STRING("--drive-range 0:200, where the image in force says 0:100 V",
+                             recording_key(&recording, "contradiction"));
+    recording_free(&recording);
+    start(same);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    TEST_ASSERT_EQUAL_STRING("", errors);
+}
+
+/* Through "-": as people see it, and not by the descriptor that it is. */
+static void test_a_standard_stream_is_called_so(void) {
+    static const char *const commands[][12] = {{"record", "--waveform", "sine", "-f", "50", "-n", "1", "-o", "-", NULL},
+                                               {"pull", "-o", "-", NULL},
+                                               {"backup", "-o", "-", NULL}};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        start(commands[i]);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+        expect_error("standard output: ");
+    }
+}
+
+/* Waits for the first line that the command says of an error. */
+static void wait_for_line(void) {
+    size_t length = 0;
+    while (length + 1 < sizeof errors && read(errors_of, errors + length, 1) == 1 && errors[length] != '\n') {
+        length++;
+    }
+    errors[length] = '\0';
+}
+
+/* A disk that fills up, a folder that is taken away: the amplifier would park if the watch ended. */
+static void test_a_watch_whose_folder_is_gone_goes_on(void) {
+    static const char *const play[] = {"play", "--waveform", "sine", "-f", "20", "--no-condition", NULL};
+    static const char *const watch[] = {"watch",  "--model", "watched.json", "--report", "watched", "--limit", "1",
+                                        "--time", "0.3",     "--before",     "0.8",      "--after", "0.3",     "-n",
+                                        "2",      NULL};
+    FILE *model = fopen("watched.json", "w");
+    (void)fputs(
+        "{\"format\": \"hyst-model-1\", \"sample_rate_hz\": 1000, \"chain\": [{\"block\":"
+        " \"prandtl_ishlinskii\", \"parameters\": {\"offset_um\": {\"value\": 0}, \"weights\": {\"value\": [1, 0.1]},"
+        " \"thresholds_v\": {\"value\": [1]}}}]}",
+        model);
+    (void)fclose(model);
+    (void)rmdir("watched");
+    start(play);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    start(watch);
+    sleep_until(monotonic_s() + 3.0);
+    if (rmdir("watched") != 0) {
+        (void)kill(process, SIGKILL);
+        (void)end();
+        TEST_FAIL_MESSAGE(errors[0] != '\0' ? errors : "the watch has not begun, and says nothing");
+    }
+    simulated_device_line()->position_offset = 3000;
+    wait_for_line();
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(errors, "hyst: watched/"), errors);
+    sleep_until(monotonic_s() + 1.0);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended");
+    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGINT));
+    (void)end();
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
+    leave_line();
+}
+
 /* While a waveform plays without end, whose host is gone. */
 static void test_stop_holds_and_park_parks(void) {
     static const char *const stop[] = {"stop", NULL};
@@ -341,6 +456,10 @@ int main(void) {
     RUN_TEST(test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself);
     RUN_TEST(test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was);
     RUN_TEST(test_an_amplifier_without_parameters_is_not_driven);
+    RUN_TEST(test_what_cannot_be_played_is_refused_before_anything_moves);
+    RUN_TEST(test_ranges_that_contradict_the_image_are_noted);
+    RUN_TEST(test_a_standard_stream_is_called_so);
+    RUN_TEST(test_a_watch_whose_folder_is_gone_goes_on);
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
     return UNITY_END();

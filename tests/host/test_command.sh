@@ -39,6 +39,7 @@ expect 2 "unknown command 'calibrate'" calibrate
 for command in fit simulate diagnose compile; do
     expect 0 '' $command --help
     has stdout "hyst $command"
+    [ -z "$(awk '/^[^ ]/ && length > 120 && !/^hyst /' stdout)" ] || complain "a line of the help is long"
     expect 2 'missing argument' $command
     expect 2 'unknown option --frobnicate' $command --frobnicate
 done
@@ -55,6 +56,10 @@ expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1
 expect 2 "--sample-rate: 'fast' is not a valid HZ" compile model.json --sample-rate fast
+expect 2 "--sample-rate: '0' is not a valid HZ" compile model.json --sample-rate 0
+expect 2 "--sample-rate: '0' is not a valid HZ" import good.csv --sample-rate 0
+expect 2 "--drive-scale: '0' is not a valid" import good.csv --drive-scale 0
+expect 2 "--displacement-scale: '0.0' is not a valid" import good.csv --displacement-scale 0.0
 expect 2 '--json= needs the name of a file' compile model.json --json=
 
 # The path: fit, simulate, compile; text and JSON.
@@ -63,7 +68,7 @@ has stdout 'um/V'
 has stdout 'held out'
 expect 0 '' fit good.csv --operators=4 --json
 has stdout '"hyst-model-1"'
-expect 0 '' fit good.csv good.csv --family rate_dependent_prandtl_ishlinskii --operators 3 -o rate.json
+expect 0 'note: good.csv is the same file as good.csv and counts once more' fit good.csv good.csv --family rate_dependent_prandtl_ishlinskii --operators 3 -o rate.json
 has stdout 'beta_s'
 expect 0 '' fit good.csv --family all --operators 4 -o best.json
 has stdout 'largest error held out'
@@ -164,6 +169,11 @@ expect 1 'good.csv: no reading stands in several rows' import good.csv --drop-he
 
 # Faults of the input: one line that names the place, exit status 1.
 expect 1 'nowhere.csv: No such file' fit nowhere.csv
+expect 1 'nowhere.json: No such file' compile nowhere.json
+expect 1 'nowhere.json: No such file' restore --port none --from nowhere.json
+expect 1 'good.csv: not a model, which is JSON' simulate good.csv model.json
+expect 1 'good.csv: not a backup, which is JSON' restore --port none --from good.csv
+expect 1 '.: Is a directory' compile .
 expect 1 'a diagnosis of 999 of the samples: it takes 1000 of each recording' diagnose good.csv --samples 999
 sed '100d' good.csv >gap.csv
 expect 1 'gap.csv:100: gap' fit gap.csv
@@ -246,7 +256,7 @@ head -n 20 good.csv >short.csv
 expect 1 'no family fits: short.csv: 16 samples are too few' fit short.csv --family all
 cp "$hyst" binary.csv
 expect 1 'binary.csv:1: binary data' fit binary.csv
-expect 1 'good.csv:1:' simulate good.csv good.csv
+expect 1 'good.csv: not a model' simulate good.csv good.csv
 sed 's/prandtl_ishlinskii/prandtl/' model.json >unknown.json
 expect 1 'unknown.json: chain[0]: unknown block "prandtl"' compile unknown.json
 expect 1 'nowhere/image: No such file' compile model.json -o nowhere/image

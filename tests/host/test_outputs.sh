@@ -94,6 +94,7 @@ for path in nowhere/x directory good.csv/x dangling; do
     expect 1 "$path: " record --port none --waveform sine -o "$path"
     expect 1 "$path: " track --port none --waveform sine --mode linear -o "$path"
     expect 1 "$path: " pull --port none -o "$path"
+    expect 1 "$path" watch --port none --model model.json --report "$path"
     expect 1 "$path: " twin missing.json --converter nowhere/none --log "$path"
     expect 1 "$path: " bench --image none --model missing.json --log "$path"
 done

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 import unittest
 
 import hyst
@@ -130,6 +131,119 @@ class AtTheAmplifier(unittest.TestCase):
             with self.assertRaises(hyst.Cancelled):
                 amplifier.watch()
             self.assertEqual(amplifier.now()["state"], "playing")  # it has moved nothing, and stops nothing
+
+    def in_another_thread(self, amplifier):
+        """A run of 40 s of the amplifier's time that has begun to play. Returns what it comes to, and its thread."""
+        outcome, playing = [], threading.Event()
+
+        def heard(what, _fraction):
+            if what == "playing":
+                playing.set()
+
+        def work():
+            try:
+                outcome.append(amplifier.record("sine", frequency=1, cycles=400, condition=False, progress=heard, **RANGES))
+            except hyst.Error as failure:
+                outcome.append(failure)
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        self.assertTrue(playing.wait(60))
+        return outcome, thread
+
+    def expect_cancelled(self, outcome, thread):
+        thread.join()
+        self.assertIsInstance(outcome[0], hyst.Cancelled, outcome)
+        self.assertIn("the drive is stopped and parked", str(outcome[0]))
+
+    def test_what_ends_a_run_in_another_thread_ends_it_at_once(self):
+        def cancel_and_look(amplifier):
+            amplifier.cancel()
+            return amplifier.now()
+
+        def cancel_and_park(amplifier):
+            amplifier.cancel()
+            return amplifier.park()
+
+        ends = hyst.Amplifier.stop, hyst.Amplifier.park, cancel_and_look, cancel_and_park
+        with self.amplifier() as amplifier:
+            for end in ends:
+                outcome, thread = self.in_another_thread(amplifier)
+                told = end(amplifier)
+                self.expect_cancelled(outcome, thread)
+                self.assertEqual(told["state"], "parked")
+
+    def test_a_run_that_waits_is_cancelled_too(self):
+        with self.amplifier() as amplifier:
+            outcome, thread = self.in_another_thread(amplifier)
+            waiting = []
+
+            def wait():
+                try:
+                    waiting.append(amplifier.record("sine", frequency=1, cycles=400, **RANGES))
+                except hyst.Error as failure:
+                    waiting.append(failure)
+
+            second = threading.Thread(target=wait)
+            second.start()
+            time.sleep(0.3)
+            amplifier.stop()
+            self.expect_cancelled(outcome, thread)
+            second.join()
+            self.assertEqual(str(waiting[0]), "interrupted before it began")
+
+    def test_closing_ends_a_run_first(self):
+        amplifier = self.amplifier()
+        outcome, thread = self.in_another_thread(amplifier)
+        amplifier.close()
+        self.expect_cancelled(outcome, thread)
+        self.assertEqual(json.loads(self.command("info", "--json"))["now"]["state"], "parked")
+        with self.assertRaisesRegex(hyst.Error, "the amplifier's port is closed"):
+            amplifier.now()
+
+    def test_leaving_the_block_ends_a_run(self):
+        with self.amplifier() as amplifier:
+            outcome, thread = self.in_another_thread(amplifier)
+        self.expect_cancelled(outcome, thread)
+
+    def test_a_progress_function_does_not_work_with_the_amplifier(self):
+        calls = hyst.Amplifier.now, hyst.Amplifier.stop, hyst.Amplifier.close, lambda _: hyst.fit([])
+        with self.amplifier() as amplifier:
+            for call in calls:
+                with self.assertRaisesRegex(hyst.Error, "a progress function cannot do this|no recordings"):
+                    amplifier.record("sine", frequency=1, cycles=400, progress=lambda *_: call(amplifier), **RANGES)
+                self.assertEqual(amplifier.now()["state"], "parked")
+
+    def test_ranges_that_contradict_the_image_are_told(self):
+        with self.amplifier() as amplifier:
+            first = amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            with self.assertWarnsRegex(UserWarning, "--drive-range 0:200, where the image in force says 0:100 V"):
+                second = amplifier.record("sine", frequency=50, cycles=1, condition=False, drive_range=(0, 200))
+        self.assertNotIn("contradiction", first.keys)
+        self.assertIn("0:200", second.keys["contradiction"])
+
+    def test_what_cannot_be_played_is_refused_before_it_moves(self):
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            for options in {"frequency": 6000}, {"frequency": 1e9}:
+                with self.assertRaisesRegex(hyst.Error, "^[^;]* cannot be played at 10000 samples per second$"):
+                    amplifier.record("sine", **options)
+            with self.assertRaisesRegex(hyst.Error, "^[^;]*fewer than two samples$"):
+                amplifier.track("sine", frames=1)
+
+    def test_ranges_that_go_down_are_refused(self):
+        with self.amplifier() as amplifier:
+            for ends in (100, 0), (0, 0), (5, 5):
+                with self.assertRaisesRegex(hyst.Error, f"drive_range_v: from {ends[0]} to {ends[1]} is no range"):
+                    amplifier.record("sine", frequency=50, drive_range=ends, position_range=(0, 100))
+            with self.assertRaisesRegex(hyst.Error, r"drive_range=100: a range is \(low, high\)"):
+                amplifier.record("sine", frequency=50, drive_range=100)
+            with self.assertRaisesRegex(hyst.Error, "no finite number"):
+                amplifier.record("sine", frequency=float("nan"))
+            with self.assertRaisesRegex(hyst.Error, "Recording is no image"):
+                amplifier.push(hyst.Recording([0.0, 1.0], [0.0, 1.0], sample_rate=10))
+            with self.assertRaisesRegex(hyst.Error, "nowhere.image: No such file"):
+                amplifier.push("nowhere.image")
 
     def test_what_is_wrong_is_said_as_the_command_says_it(self):
         with self.amplifier() as amplifier:

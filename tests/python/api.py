@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The package against the command: the same numbers, and the same line where an input is wrong."""
+import copy
 import ctypes
 import dataclasses
 import hashlib
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
@@ -162,6 +164,27 @@ class Recordings(unittest.TestCase):
         self.assertEqual(list(read.drive[11:15]), [11.0, 12.0, 13.0, 14.0])
         self.assertIn("the longest run is 2", read.understood)
 
+    def test_what_is_masked_is_no_number(self):
+        t = np.arange(3000) / 1000.0
+        drive = 50.0 + 40.0 * np.sin(6.0 * t)
+        masked = np.ma.masked_where(t == 0.007, np.where(t == 0.007, 99999.0, drive))
+        no_number = "column 'drive', sample 7: not a finite number"
+        self.assertIn(no_number, line_of(hyst.Recording, masked, drive, sample_rate=1000))
+        self.assertIn("has no number in 1 row", line_of(hyst.Recording, masked, drive, time=t))
+        self.assertIn(no_number, line_of(hyst.fit(hyst.read(RECORDING), operators=4).simulate, masked))
+        whole = hyst.Recording(np.ma.masked_where(t < 0, drive), drive, sample_rate=1000)
+        np.testing.assert_array_equal(whole.drive, drive)
+
+    def test_what_cannot_be_numbers_is_refused(self):
+        for wrong in ([0j, 1.0], [None, object()], ["1.0", "V"], None, hyst.read(RECORDING)):
+            self.assertNotEqual(line_of(hyst.Recording, wrong, [0.0, 1.0], sample_rate=10), "no failure", wrong)
+        self.assertIn("complex", line_of(hyst.Recording, np.array([0j, 1j]), [0.0, 1.0], sample_rate=10))
+
+    def test_paths_are_whole(self):
+        self.assertEqual(len(hyst.read(os.fsencode(RECORDING))), len(hyst.read(RECORDING)))
+        self.assertIn("NUL", line_of(hyst.read, RECORDING + "\0b"))
+        self.assertIn("a path is a int", line_of(hyst.read, 3))
+
     def test_xarray(self):
         read = hyst.read(RECORDING)
         data = read.to_xarray()
@@ -266,6 +289,49 @@ class Models(unittest.TestCase):
             self.assertEqual(image, file.read())
         self.assertEqual(report, told)
 
+    def test_a_range_goes_up(self):
+        for ends in (100, 0), (0, 0), (float("nan"), 1), (0, 1, 2), "0:100", 100:
+            self.assertRegex(line_of(hyst.compile, self.model, drive_range=ends), "range|no finite number", ends)
+            self.assertRegex(line_of(hyst.compile, self.model, position_range=ends), "range|no finite number", ends)
+        self.assertIn("drive_range_v: from 100 to 0 is no range", line_of(hyst.compile, self.model, drive_range=(100, 0)))
+
+    def test_zero_is_not_taken_for_no_option(self):
+        self.assertIn("sample_rate_hz 0: must be positive", line_of(hyst.compile, self.model, sample_rate=0))
+        self.assertIn("operators 0: must be positive", line_of(hyst.fit, self.recording, operators=0))
+        self.assertIn("sample_rate_hz 0: must be positive", line_of(hyst.read, RECORDING, sample_rate=0))
+        self.assertIn("scale of drive: 0", line_of(hyst.read, RECORDING, scales={"drive": 0}))
+
+    def test_objects_of_another_class_are_refused(self):
+        recording, model = self.recording, self.model
+        class Other:  # has what the engine's own have
+            _handle = recording._handle
+        for wrong in recording, Other(), "model.json", 3:
+            kind = type(wrong).__name__
+            for work in (lambda: hyst.compile(wrong, sample_rate=1000), lambda: hyst.bode(recording, wrong),
+                         lambda: hyst.diagnose(recording, wrong), lambda: hyst.simulate(wrong, recording)):
+                self.assertEqual(line_of(work), f"{kind} is no model: hyst.fit or hyst.Model.load makes one")
+        for wrong in model, Other(), "recording.csv", None:
+            kind = type(wrong).__name__
+            for work in (lambda: hyst.fit([wrong]), lambda: hyst.diagnose([wrong]), lambda: hyst.look([wrong])):
+                self.assertEqual(line_of(work), f"{kind} is no recording: hyst.read or hyst.Recording makes one")
+        for work in (hyst.fit, hyst.look, hyst.diagnose, hyst.bode):
+            self.assertIn("Model is no recording", line_of(work, model))
+        self.assertIn("no model", line_of(hyst.compile, None))
+        self.assertIn("hyst.Model.load reads a file", line_of(hyst.Model, "model.json"))
+
+    def test_no_handle_is_taken_in_another_way(self):
+        package = os.path.dirname(hyst.__file__)
+        for name in sorted(os.listdir(package)):
+            if name.endswith(".py"):
+                with open(os.path.join(package, name), encoding="utf-8") as file:
+                    self.assertLessEqual(set(re.findall(r"(\w+)\._handle\b", file.read())), {"self"}, name)
+
+    def test_nothing_is_freed_twice(self):
+        for held in self.recording, self.model:
+            for copied in copy.copy, copy.deepcopy, pickle.dumps:
+                with self.assertRaisesRegex(TypeError, "cannot be copied or pickled"):
+                    copied(held)
+
     def test_what_is_wrong_is_said_as_the_command_says_it(self):
         short = hyst.Recording(np.arange(20), np.arange(20), sample_rate=10, name="short.csv")
         short.write("short.csv")
@@ -369,7 +435,7 @@ class Diagnoses(unittest.TestCase):
         with self.assertRaisesRegex(hyst.Error, "a diagnosis of 999 of the samples: it takes 1000 of each recording"):
             hyst.diagnose(self.recording, samples=999)
         for samples in 0, -1:
-            with self.assertRaisesRegex(ValueError, f"samples={samples}: "):
+            with self.assertRaisesRegex(hyst.Error, f"samples={samples}: "):
                 hyst.diagnose(self.recording, samples=samples)
 
     def test_the_script_that_the_command_writes_repeats_it(self):

@@ -79,6 +79,17 @@ class Cancelling(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "of the caller"):
             hyst.diagnose(self.recording, progress=wrong)
 
+    def test_a_progress_function_that_calls_long_work_is_refused(self):
+        with self.assertRaisesRegex(hyst.Error, "^a progress function cannot do this: .*return False ends it"):
+            hyst.diagnose(self.recording, progress=lambda *_: hyst.fit(self.recording))
+
+    def test_a_progress_function_may_go_on_after_it_was_refused(self):
+        def stubborn(_what, _fraction):
+            with self.assertRaises(hyst.Error):
+                hyst.fit(self.recording)
+
+        self.check(lambda: hyst.diagnose(self.recording, progress=stubborn), (0.3,))
+
     def test_the_next_one_is_whole_again(self):
         self.assertEqual(hyst.fit(self.recording).json, self.model.json)
 

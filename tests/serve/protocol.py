@@ -263,6 +263,17 @@ async def imported(page, folder):
                        ({**columns, "write": 1}, "not true or false"), ({}, "letters, digits")):
         await page.do("import", **wrong)
         check(why in (await page.until("refused"))["why"], wrong)
+    with open(f"{folder}/holes.txt", "w", encoding="ascii") as file:
+        file.write("Time (s);Drive (V);Position (um)\n")
+        file.writelines(f"{k / 500:.3f};{3 * (k % 100)};{(k % 100) / 10:.2f}\n" if k != 7 else
+                        f"{k / 500:.3f};{3 * k};OL\n" for k in range(400))
+    for fill in False, True:
+        await page.do("import", file="holes.txt", write=False, fill_missing=fill)
+        ended = await page.job_ended()
+        check(ended["good"] == fill, ended)
+    await page.do("import", file="holes.txt", write=False, fill_missing=True, drop_held=True)
+    ended = await page.job_ended()
+    check(not ended["good"] and "--drop-held has nothing to drop" in ended["text"], ended)
     await page.do("import", **{**columns, "drive": "--output=stolen.csv"}) # a name, whatever it looks like
     ended = await page.job_ended()
     check(not ended["good"] and "no column '--output=stolen.csv'" in ended["text"], ended)

@@ -6,13 +6,14 @@ host_tools/interface/hyst_interface.h is the manual. PROTOTYPES repeats its decl
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import json
 import os
 import signal
 import threading
 from ctypes import POINTER, c_char_p, c_double, c_int, c_size_t, c_ubyte, c_uint, c_ulong, c_void_p
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Iterator, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,12 +155,58 @@ def parsed(json_text: str) -> dict[str, Any]:
 
 
 def as_path(path: Any) -> bytes:
-    return os.fsencode(path)
+    """A path as the engine takes it; it would take what is before a NUL for the whole."""
+    try:
+        encoded = os.fsencode(path)
+    except TypeError:
+        raise Error(f"a path is a {type(path).__name__}: {path!r}") from None
+    if b"\0" in encoded:
+        raise Error(f"a path with a NUL in it: {path!r}")
+    return encoded
+
+
+class Held:
+    """What the engine holds for Python. Only _handle_of leads from an argument to the engine's memory."""
+
+    _made_by = ""
+    _handle: Any
+
+    @classmethod
+    def _checked(cls, item: Any) -> Any:
+        """The item, which has to be one of this class: its memory would be taken for what it is not."""
+        if not isinstance(item, cls):
+            raise Error(f"{type(item).__name__} is no {cls.__name__.lower()}: {cls._made_by}")
+        return item
+
+    @classmethod
+    def _handle_of(cls, item: Any) -> Any:
+        return cls._checked(item)._handle
+
+    @classmethod
+    def _handles_of(cls, items: list[Any]) -> Any:
+        return (c_void_p * len(items))(*[cls._handle_of(item) for item in items])
+
+    def __reduce_ex__(self, _protocol: Any) -> Any:
+        """A copy would be freed twice, and in another process the memory is not there."""
+        raise TypeError(f"a hyst.{type(self).__name__} cannot be copied or pickled")
 
 
 def options(**values: Any) -> bytes:
-    """Those that are not None, as JSON."""
-    return json.dumps({key: value for key, value in values.items() if value is not None}, default=_plain).encode()
+    """Those that are not None, as JSON, which has no NaN."""
+    given = {key: value for key, value in values.items() if value is not None}
+    try:
+        return json.dumps(given, default=_plain, allow_nan=False).encode()
+    except ValueError:
+        raise Error(f"an option is no finite number: {given}") from None
+
+
+def range_of(name: str, ends: Any) -> list[float] | None:
+    """Two numbers, low and high, for options; None for None."""
+    try:
+        low, high = (None, None) if ends is None else (float(end) for end in ends)
+    except (TypeError, ValueError):
+        raise Error(f"{name}={ends!r}: a range is (low, high)") from None
+    return None if low is None or high is None else [low, high]
 
 
 def _plain(value: Any) -> Any:
@@ -170,8 +217,15 @@ def _plain(value: Any) -> Any:
 
 
 def column_in(values: Any) -> tuple[Any, Array]:
-    """A pointer to the values as doubles, and the array that holds them."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
+    """A pointer to the values as doubles, and the array that holds them. What is masked is no number (NaN)."""
+    try:
+        if np.iscomplexobj(values):
+            raise Error("complex numbers: a column has real ones")
+        if isinstance(values, np.ma.MaskedArray):
+            values = np.where(np.ma.getmaskarray(values), np.nan, values.data)  # type: ignore[no-untyped-call]
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as reason:
+        raise Error(f"a column that cannot be taken for numbers: {reason}") from None
     if array.ndim != 1:
         raise Error(f"an array of {array.ndim} dimensions: a column has one")
     return array.ctypes.data_as(_doubles), array
@@ -186,11 +240,8 @@ def column_out(pointer: Any, samples: int) -> Array | None:
     return array
 
 
-def handles(objects: list[Any]) -> Any:
-    return (c_void_p * len(objects))(*[item._handle for item in objects])
-
-
 _one_at_a_time = threading.Lock()
+_thread = threading.local()  # works: it is one of interruptible, which calls nothing of Python but a progress function
 OWN_FAULTS = {signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT}
 
 
@@ -199,9 +250,18 @@ def cancel() -> None:
     lib.cancel(1)
 
 
+@contextlib.contextmanager
+def turn(lock: Any) -> Iterator[None]:
+    """Holds the lock. What calls a progress function holds one until that returns: waiting there would never end."""
+    if getattr(_thread, "works", False):
+        raise Error("a progress function cannot do this: the work that calls it has to end first (return False ends it)")
+    with lock:
+        yield
+
+
 def long_work(work: Callable[[], Any], progress: Progress | None = None) -> Any:
     """A fit or a diagnosis: one at a time, and hyst.cancel ends it."""
-    with _one_at_a_time:
+    with turn(_one_at_a_time):
         lib.cancel(0)
         try:
             return interruptible(work, lambda: lib.cancel(1), progress)
@@ -229,6 +289,7 @@ def interruptible(work: Callable[[], Any], end: Callable[[], Any], progress: Pro
     listener = PROGRESS(report) if progress is not None else PROGRESS(0)
 
     def run() -> None:
+        _thread.works = True
         try:
             signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals() - OWN_FAULTS)
             lib.on_progress(listener, None)

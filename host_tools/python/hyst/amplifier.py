@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import itertools
 import json
@@ -17,7 +18,7 @@ from typing import Any, Callable, Iterator
 
 import hyst_command
 
-from ._library import Error, Progress, interruptible, lib, options, parsed, text
+from ._library import Cancelled, Error, Held, Progress, interruptible, lib, options, parsed, range_of, text, turn
 from .model import Model, compile
 from .recording import Recording
 
@@ -64,28 +65,32 @@ class ModelWarning:
     recording: Recording = field(repr=False)
 
 
-class Amplifier:
+class Amplifier(Held):
     """The amplifier at a serial port. Use it with `with`: however that ends, the drive is stopped and parked.
 
         with hyst.Amplifier("/dev/ttyUSB0") as amplifier:
             recording = amplifier.record(waveform="triangle", cycles=6)
 
-    Ctrl-C and exceptions end a run within a few requests, and park. When the process is killed the amplifier parks by
-    itself: while something plays, its communication timeout is armed.
+    Ctrl-C and exceptions end a run within a few requests, and park. So do stop(), park(), close() and cancel() in
+    another thread: the run raises Cancelled. When the process is killed the amplifier parks by itself: while something
+    plays, its communication timeout is armed.
     """
 
     def __init__(self, port: str, *, baud: int = 115200, parity: str = "none", slave: int = 1,
                  timeout: float = 0.5) -> None:
         """Opens the port. parity: none, even or odd. timeout in s, to wait for each answer, which is tried three times."""
         self._handle: Any = None
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # of what works with the amplifier: one at a time
+        self._alive = threading.RLock()  # of the handle: it is not freed while a cancel is on its way
+        self._cancels = 0
         said = options(port=os.fspath(port), baud=baud, parity=parity, slave=slave, timeout_s=float(timeout))
 
         def connect() -> Any:
             self._handle = lib.device_open(said)  # here, so that an interrupt meanwhile loses no port
             return self._handle
 
-        self._call(connect, lambda: None)
+        with turn(self._lock):
+            interruptible(connect, lambda: None)
 
     def __enter__(self) -> Amplifier:
         return self
@@ -103,10 +108,17 @@ class Amplifier:
             self.close()
 
     def __del__(self) -> None:
-        self.close()
+        self._free()  # nothing runs: it would hold this object
 
     def close(self) -> None:
-        """Closes the port. What the amplifier does then it goes on doing: `with` parks it before."""
+        """Closes the port. What runs in another thread is ended, parks, and is waited for. What the amplifier was left
+        playing it goes on playing: `with` parks it before."""
+        if getattr(self, "_handle", None) is None:
+            return
+        with self._after_what_runs(), self._alive:
+            self._free()
+
+    def _free(self) -> None:
         handle, self._handle = getattr(self, "_handle", None), None
         if handle is not None:
             lib.device_close(handle)
@@ -137,15 +149,19 @@ class Amplifier:
         end_frequency in sweep_time seconds, by equal factors unless linear; a multisine has so many tones from
         frequency up to end_frequency. Or probe: a block's name or "all", an excitation for
         hyst.diagnose. drive_range, position_range: what the ends of the converters stand for, in V and um; an
-        amplifier without an image has to be given them. condition: sweep the whole drive range first.
+        amplifier without an image has to be given them. Where the image in force says otherwise, a warning and the key
+        "contradiction" of the recording tell. condition: sweep the whole drive range first.
         """
         said = options(waveform=waveform, frequency_hz=frequency, amplitude_v=amplitude, offset_v=offset,
                        cycles=cycles, steps=steps, end_frequency_hz=end_frequency, sweep_s=sweep_time, linear=linear,
                        tones=tones, probe=probe, slew_rate_v_per_s=slew_rate,
-                       drive_range_v=None if drive_range is None else list(drive_range),
-                       position_range_um=None if position_range is None else list(position_range),
+                       drive_range_v=range_of("drive_range", drive_range),
+                       position_range_um=range_of("position_range", position_range),
                        condition=condition)
-        return Recording._of(self._run(lambda handle: lib.device_record(handle, said), progress))
+        recording = Recording._of(self._run_long(lambda handle: lib.device_record(handle, said), progress))
+        if "contradiction" in recording.keys:
+            warnings.warn(f"{recording.keys['contradiction']}: the recording has the former", stacklevel=2)
+        return recording
 
     def track(
         self,
@@ -174,7 +190,7 @@ class Amplifier:
                        cycles=cycles, steps=steps, end_frequency_hz=end_frequency, sweep_s=sweep_time, linear=linear,
                        tones=tones, frames=frames, condition=condition)
         recordings = (ctypes.c_void_p * 2)()
-        answer = self._run(lambda handle: lib.device_track(handle, said, recordings), progress)
+        answer = self._run_long(lambda handle: lib.device_track(handle, said, recordings), progress)
         told = json.loads(text(answer))["tracks"]
         tracks = tuple(_track(each, Recording._of(recordings[i])) for i, each in enumerate(told))
         return tracks if len(tracks) == 2 else tracks[0]  # type: ignore[return-value]
@@ -187,8 +203,7 @@ class Amplifier:
         if isinstance(image, Model):
             image = compile(image)
         elif not isinstance(image, (bytes, bytearray)):
-            with open(image, "rb") as file:
-                image = file.read()
+            image = _content(image)
         buffer = (ctypes.c_ubyte * len(image)).from_buffer_copy(image)
         return parsed(text(self._run(lambda handle: lib.device_push(handle, buffer, len(buffer)))))
 
@@ -202,12 +217,16 @@ class Amplifier:
             lib.free(image)
 
     def stop(self) -> dict[str, str]:
-        """Ends what plays. The drive stays on, and holds its level."""
-        return parsed(text(self._run(lib.device_stop)))
+        """Ends what plays. The drive stays on, and holds its level.
+
+        A run in another thread ends at once, and raises Cancelled. As after every run that does not come to its end, the
+        amplifier is parked then.
+        """
+        return self._halt(lib.device_stop)
 
     def park(self) -> dict[str, str]:
-        """Takes the drive to rest."""
-        return parsed(text(self._run(lib.device_park)))
+        """Takes the drive to rest. A run in another thread ends at once, and raises Cancelled."""
+        return self._halt(lib.device_park)
 
     def now(self) -> dict[str, Any]:
         """Mode, state, reference, drive in V and position in um of this moment: of sample number `sample`."""
@@ -238,7 +257,7 @@ class Amplifier:
         """
         said = options(limit_um=limit, times=times, time_s=time, before_s=before, after_s=after, for_s=seconds)
         record = ctypes.c_void_p()
-        answer = self._run(lambda handle: lib.device_watch(handle, said, ctypes.byref(record)))
+        answer = self._run_long(lambda handle: lib.device_watch(handle, said, ctypes.byref(record)))
         told = json.loads(text(answer))
         if not told["warned"]:
             return None
@@ -263,20 +282,45 @@ class Amplifier:
             yield self.now()
 
     def cancel(self) -> None:
-        """From another thread: ends what runs, and parks. It then raises Cancelled."""
-        if self._handle is not None:
-            lib.device_cancel(self._handle, 1)
+        """From another thread: ends the record, track or watch that runs or waits to. A run parks; each raises Cancelled.
 
-    def _call(self, work: Callable[[], Any], end: Callable[[], Any], progress: Progress | None = None) -> Any:
-        with self._lock:
-            return interruptible(work, end, progress)
+        It does not wait for that, as stop() and park() do.
+        """
+        with self._alive:
+            self._cancels += 1
+            if self._handle is not None:
+                lib.device_cancel(self._handle, 1)
 
-    def _run(self, work: Callable[[Any], Any], progress: Progress | None = None) -> Any:
+    @contextlib.contextmanager
+    def _after_what_runs(self) -> Iterator[None]:
+        """Ends it, and holds the amplifier when it has ended."""
+        self.cancel()
+        with turn(self._lock):
+            yield
+
+    def _halt(self, command: Callable[[Any], Any]) -> dict[str, str]:
+        with self._after_what_runs():
+            return parsed(text(self._work(command)))
+
+    def _run(self, work: Callable[[Any], Any]) -> Any:
+        with turn(self._lock):
+            return self._work(work)
+
+    def _run_long(self, work: Callable[[Any], Any], progress: Progress | None = None) -> Any:
+        """What a cancel ends, also one that comes while this waits for its turn."""
+        before = self._cancels
+        with turn(self._lock):
+            return self._work(work, progress, before)
+
+    def _work(self, work: Callable[[Any], Any], progress: Progress | None = None, before: int | None = None) -> Any:
+        """In its turn. A cancel counts before it sets the flag: either the count has changed, or the flag stays set."""
         handle = self._handle
         if handle is None:
             raise Error("the amplifier's port is closed")
         lib.device_cancel(handle, 0)
-        return self._call(lambda: work(handle), lambda: lib.device_cancel(handle, 1), progress)
+        if before is not None and before != self._cancels:
+            raise Cancelled("interrupted before it began")
+        return interruptible(lambda: work(handle), lambda: lib.device_cancel(handle, 1), progress)
 
 
 class EmulatedAmplifier:
@@ -316,6 +360,16 @@ class EmulatedAmplifier:
         assert self._process is not None
         self._process.terminate()
         self._process.communicate()
+
+
+def _content(path: Any) -> bytes:
+    if not isinstance(path, (str, os.PathLike)):
+        raise Error(f"{type(path).__name__} is no image: hyst.compile makes one; or a file, or a model")
+    try:
+        with open(path, "rb") as file:
+            return file.read()
+    except OSError as reason:
+        raise Error(f"{os.fspath(path)}: {reason.strerror}") from None
 
 
 def _track(told: dict[str, Any], recording: Recording) -> Track:

@@ -9,7 +9,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, Sequence
 
-from ._library import Array, Progress, as_path, checked, column_out, handles, lib, long_work, text
+from ._library import Array, Error, Held, Progress, as_path, checked, column_out, lib, long_work, text
 from .model import Model, check_columns, listed
 from .recording import Recording
 
@@ -80,7 +80,7 @@ class Errors:
     held_out_percent: float
 
 
-class Diagnosis:
+class Diagnosis(Held):
     """The answer of hyst.diagnose. print() shows what the command shows."""
 
     def __init__(self, handle: Any, recordings: list[Recording]) -> None:
@@ -192,10 +192,10 @@ def diagnose(
     several = [one.aligned() if "displacement_sampled_after_s" in one.keys else one for one in listed(recordings)]
     if not columns_are_right:
         check_columns(several)
-    given = None if model is None else model._handle
+    given = None if model is None else Model._handle_of(model)
     if samples is not None and samples < 1:
-        raise ValueError(f"samples={samples}: at least 1000 of each recording")
-    handle = long_work(lambda: lib.diagnose_at_most(handles(several), len(several), given, samples or 0), progress)
+        raise Error(f"samples={samples}: at least 1000 of each recording")
+    handle = long_work(lambda: lib.diagnose_at_most(Recording._handles_of(several), len(several), given, samples or 0), progress)
     if sure and handle:
         each = 0 if sure is True else int(sure)
         if not long_work(lambda: lib.diagnosis_sure(handle, given, each, seed), progress):

@@ -10,7 +10,7 @@ from typing import Any, Sequence
 
 import numpy as np
 
-from ._library import Array, Error, checked, handles, lib, options, text
+from ._library import Array, checked, lib, options, text
 from .diagnosis import Finding, _finding, _number
 from .model import Model, listed
 from .recording import Recording
@@ -71,7 +71,7 @@ def look(recordings: Recording | Sequence[Recording]) -> Look:
     """What is in recordings, and what is wrong with them, before any model, as `hyst look` says it."""
     several = listed(recordings)
     printed = ctypes.c_void_p()
-    told = json.loads(text(lib.look(handles(several), len(several), ctypes.byref(printed))))
+    told = json.loads(text(lib.look(Recording._handles_of(several), len(several), ctypes.byref(printed))))
     return Look(told, [_finding(fault) for fault in told["faults"]], text(printed.value))
 
 
@@ -87,10 +87,8 @@ def bode(recording: Recording | None = None, model: Model | None = None, *, bias
     Without a recording it is that of the model for small signals: a sum of sines about bias (V) with a peak of
     amplitude (V), at sample_rate (Hz); what is left out comes from the model.
     """
-    if recording is not None and not isinstance(recording, Recording):
-        raise Error(f"{type(recording).__name__} is no recording: hyst.read or hyst.Recording makes one")
     given = options(bias_v=bias, amplitude_v=amplitude, sample_rate_hz=sample_rate)
-    told = json.loads(text(checked(lib.bode(None if recording is None else recording._handle,
-                                            None if model is None else model._handle, given))))
+    told = json.loads(text(checked(lib.bode(None if recording is None else Recording._handle_of(recording),
+                                            None if model is None else Model._handle_of(model), given))))
     modelled = told.get("model")
     return Bode(_response(told["points"]), _response(modelled) if modelled else None, told["method"])

@@ -7,21 +7,25 @@ import ctypes
 import json
 import math
 import os
-from typing import Any, Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import (Array, Cancelled, Error, Progress, as_path, checked, column_in, handles, lib, long_work, options,
-                       parsed, text)
+from ._library import (Array, Cancelled, Error, Held, Progress, as_path, checked, column_in, lib, long_work, options,
+                       parsed, range_of, text)
 from .recording import Recording
 
 
-class Model:
+class Model(Held):
     """A chain of blocks with numbers in them: what `hyst fit` writes, format hyst-model-1."""
+
+    _made_by = "hyst.fit or hyst.Model.load makes one"
 
     def __init__(self, description: dict[str, Any]) -> None:
         """From the JSON object that docs/FORMATS.md describes."""
+        if not isinstance(description, Mapping):
+            raise Error(f"{type(description).__name__} is no description of a model: hyst.Model.load reads a file")
         self._handle = checked(lib.model_from_json(json.dumps(description).encode()))
 
     @classmethod
@@ -86,17 +90,19 @@ class Model:
 
 
 def listed(recordings: Recording | Sequence[Recording]) -> list[Recording]:
-    several = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    for recording in several:
-        if not isinstance(recording, Recording):
-            raise Error(f"{type(recording).__name__} is no recording: hyst.read or hyst.Recording makes one")
-    return several
+    several: list[Any]
+    try:
+        several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    except TypeError:
+        several = [recordings]
+    return [Recording._checked(recording) for recording in several]
 
 
 def simulate(model: Model, drive: Recording | ArrayLike, sample_rate: float | None = None, *, preload: float = 0.0,
              seed: int = 1) -> Array:
     """The position in um that the model says for the drive of a recording, or for this drive in V, as `hyst simulate`
     does. sample_rate in Hz is for a drive; a recording has its own. The rest is as of Model.simulate."""
+    Model._checked(model)
     if isinstance(drive, Recording):
         if sample_rate is not None:
             raise Error("sample_rate is for an array: a recording has its own")
@@ -114,7 +120,7 @@ def families() -> dict[str, str]:
 def check_columns(recordings: list[Recording]) -> None:
     """Raises hyst.Error if drive and displacement of one of them are exchanged."""
     hint = b"exchange them, or say columns_are_right=True"
-    checked(long_work(lambda: lib.columns_check(handles(recordings), len(recordings), hint)))
+    checked(long_work(lambda: lib.columns_check(Recording._handles_of(recordings), len(recordings), hint)))
 
 
 def fit(
@@ -144,7 +150,7 @@ def fit(
 
     def fit_one(name: str) -> Model:
         said = options(family=name, operators=operators, creep=creep, use_all=use_all)
-        return Model._of(long_work(lambda: lib.fit(handles(several), len(several), said), progress))
+        return Model._of(long_work(lambda: lib.fit(Recording._handles_of(several), len(several), said), progress))
 
     if family != "all":
         return fit_one(family)
@@ -190,10 +196,10 @@ def compile(
     receives what the command says with --json.
     """
     length, told = ctypes.c_size_t(), ctypes.c_void_p()
-    said = options(sample_rate_hz=sample_rate, drive_range_v=_range(drive_range),
-                   position_range_um=_range(position_range), delay_s=delay, frequency_hz=frequency,
+    said = options(sample_rate_hz=sample_rate, drive_range_v=range_of("drive_range", drive_range),
+                   position_range_um=range_of("position_range", position_range), delay_s=delay, frequency_hz=frequency,
                    preload_n=preload, follow=follow, filters=filters)
-    image = checked(lib.compile(model._handle, said, ctypes.byref(length), ctypes.byref(told)))
+    image = checked(lib.compile(Model._handle_of(model), said, ctypes.byref(length), ctypes.byref(told)))
     try:
         answer = json.loads(text(told.value))
         if report is not None:
@@ -202,7 +208,3 @@ def compile(
         return ctypes.string_at(image, length.value)
     finally:
         lib.free(image)
-
-
-def _range(ends: tuple[float, float] | None) -> list[float] | None:
-    return None if ends is None else [float(end) for end in ends]

@@ -12,7 +12,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Array, Error, as_path, checked, column_in, column_out, lib, options, parsed, text
+from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, text
 from ._tdms import read_table
 
 UNITS = {
@@ -29,7 +29,7 @@ def _no_column(name: str) -> Error:
     return Error(f"a recording has no column '{name}': it has {', '.join(UNITS)}")
 
 
-class Recording:
+class Recording(Held):
     """Drive in V and displacement in um of one run, sampled uniformly.
 
     Recording(drive, displacement, sample_rate=10000) or Recording(drive, displacement, time=t). Time stamps are
@@ -38,6 +38,8 @@ class Recording:
 
     The columns are arrays that cannot be written to: a recording is what was measured.
     """
+
+    _made_by = "hyst.read or hyst.Recording makes one"
 
     def __init__(
         self,
@@ -240,7 +242,7 @@ def _read_tdms(path: str | os.PathLike[str], group: str | None, said: dict[str, 
                                       [column_in(column.values) for column in table.columns],
                                       options(file=os.fspath(path), **said)))
     if by_waveform:
-        lib.recording_set_start_s(recording._handle, table.start)
+        lib.recording_set_start_s(Recording._handle_of(recording), table.start)
     return recording
 
 
@@ -263,7 +265,7 @@ def read(
     """
     said = {"time": None if time is None else str(time), "sample_rate_hz": sample_rate, "column": columns,
             "scale": scales, "fill_missing": fill_missing or None}
-    if os.fspath(path).lower().endswith(".tdms"):
+    if as_path(path).lower().endswith(b".tdms"):
         return _read_tdms(path, group, said)
     if group is not None:
         raise Error("group= belongs to a TDMS file")

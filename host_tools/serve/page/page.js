@@ -698,6 +698,7 @@ const requests = {
   },
   import(form, button) {
     const object = { do: "import", file: form.file.value, write: button !== "look",
+      fill_missing: form.fill_missing.checked, drop_held: form.drop_held.checked,
       ...numbersOf(form, ["sample_rate_hz", "drive_scale", "displacement_scale"]) };
     for (const name of ["time", "drive", "displacement"]) {
       if (form[name].value !== "") { object[name] = form[name].value; }
