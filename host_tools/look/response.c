@@ -180,7 +180,7 @@ static bool is_strongest(const window_t *window, size_t reach) {
     return true;
 }
 
-/* Local polynomials around a line. false: the drive has no power there, or it cannot be told from leakage. */
+/* Local polynomials around a line. false: the drive has no power there, or leakage looks the same. */
 static bool local_fit(const double *u, const double *y, size_t line, double step_hz, response_point_t *point) {
     double complex drive[LINES];
     double around = 0.0, at = 0.0;
@@ -207,7 +207,7 @@ static bool local_fit(const double *u, const double *y, size_t line, double step
     if (!(around >= least_in_the_middle * LINES * power)) {
         return false;
     }
-    /* Away from the drive's lines, what cannot be told from leakage may be there all the same. */
+    /* Away from the drive's lines, what looks like leakage may be there all the same. */
     if (!bent && !tone) {
         if (!local_gain(&window, ORDER, &full)) {
             return false;
