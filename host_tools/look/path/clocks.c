@@ -122,8 +122,9 @@ static double best_wave(moments_t *m, double waves) {
 /* The likeliest of half to twice a rate. */
 static double best_wave_near(moments_t *m, double teeth) {
     double most = 0.0;
-    for (double waves = 0.5 * teeth; waves < 2.0 * teeth; waves += 1.0 / STEPS_PER_TOOTH) {
-        most = fmax(most, best_wave(m, waves));
+    const size_t steps = (size_t)(1.5 * teeth * STEPS_PER_TOOTH);
+    for (size_t step = 0; step <= steps; step++) {
+        most = fmax(most, best_wave(m, 0.5 * teeth + (double)step / STEPS_PER_TOOTH));
     }
     return most;
 }

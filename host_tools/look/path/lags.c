@@ -309,9 +309,11 @@ static void judge(const lags_t *lags, size_t slow, const double *course, double 
 static double part_by_wave(const lags_t *lags, const lag_course_t *saw) {
     double *sine = allocate(lags->count, sizeof *sine), *cosine = allocate(lags->count, sizeof *cosine);
     const double *const courses[] = {sine, cosine};
-    const double step = 1.0 / (rates_per_tooth * (lags->at_s[lags->count - 1] - lags->at_s[0]));
+    const double duration = lags->at_s[lags->count - 1] - lags->at_s[0];
+    const size_t steps = (size_t)(1.5 * saw->teeth_per_s * duration * rates_per_tooth);
     double size[2], sigma[2], left = HUGE_VAL;
-    for (double waves_per_s = 0.5 * saw->teeth_per_s; waves_per_s < 2.0 * saw->teeth_per_s; waves_per_s += step) {
+    for (size_t step = 0; step <= steps; step++) {
+        const double waves_per_s = 0.5 * saw->teeth_per_s + (double)step / (rates_per_tooth * duration);
         for (size_t j = 0; j < lags->count; j++) {
             const double turn = 2.0 * M_PI * waves_per_s * lags->at_s[j];
             sine[j] = sin(turn);
