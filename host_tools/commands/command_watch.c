@@ -335,11 +335,11 @@ static int check(void *context) {
     if (!guard_settings_check(&s->guard, &failure)) {
         return usage_error(&command_watch, "%s", failure.text);
     }
-    if (!model_read(&model, s->model, &failure) || !prepare_folder(s->report, &failure)) {
+    if (!model_read(&model, s->model, &failure)) {
         return failure_print(&failure);
     }
     model_free(&model);
-    return OPTIONS_RUN;
+    return prepare_folder(s->report, &failure) ? OPTIONS_RUN : failure_print(&failure);
 }
 
 static int run(int argc, char **argv) {
