@@ -94,10 +94,12 @@ void suspects_fit(fitted_chain_t *fitted, const probe_setting_t *setting, int tu
     suspects_sort(suspects);
 }
 
-/* From the numbers that a look has shown. A scan does hear what only grows with a number of the block. */
+/* From the numbers that a look has shown. A scan does hear what only grows with a number of the block, and what rings,
+ * which no operator imitates. */
 static void fit_shown(fitted_chain_t *fitted, const probe_setting_t *setting, suspect_t *scanned) {
     double value[BLOCK_MAX_PARAMETERS] = {0.0};
-    if (candidate_grows(scanned->block) || !candidate_from_look(scanned->block, setting, 0, value)) {
+    if (candidate_grows(scanned->block) || scanned->block->probe->rings != NULL ||
+        !candidate_from_look(scanned->block, setting, 0, value)) {
         return;
     }
     suspect_t shown = *scanned;
