@@ -18,8 +18,8 @@ void suspects_fit(fitted_chain_t *fitted, const probe_setting_t *setting, int tu
 
 /**
  * What a linear scan says, and a fit of each block that a look has shown (probe_t.from_look) and that has another form
- * with other numbers. The operator imitates a rail as far as its columns go: beside its weights nothing speaks for one,
- * or one somewhere else does. It is done once: who comes again gets it, whatever the setting.
+ * with other numbers, but does not ring. The operator imitates a rail as far as its columns go: beside its weights
+ * nothing speaks for one, or one somewhere else does. It is done once: who comes again gets it, whatever the setting.
  */
 const suspects_t *fitted_chain_suspects(fitted_chain_t *fitted, const probe_setting_t *setting);
 
