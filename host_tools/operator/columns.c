@@ -23,7 +23,8 @@ enum {
     LEAKS = BENDS + OPERATOR_NODES * OPERATOR_DEGREES,
     PRODUCTS = LEAKS + OPERATOR_LEAKS,
     DRAWN = PRODUCTS + OPERATOR_MULTIPLIED * OPERATOR_PRODUCTS,
-    SHARED = DRAWN + OPERATOR_POWERS * OPERATOR_DRAWN /* the law's are behind */
+    PULLED = DRAWN + OPERATOR_POWERS * OPERATOR_DRAWN,
+    SHARED = PULLED + OPERATOR_DRAWN /* the law's are behind */
 };
 
 /* Every second leak, from the second on, has products. */
@@ -101,7 +102,8 @@ operator_group_t operator_group(const operator_t *operator, size_t column) {
            : at < LEAKS                        ? (operator_group_t)(GROUP_BENDS + (at - BENDS) / OPERATOR_NODES)
            : at < PRODUCTS                     ? GROUP_LEAKS
            : at < DRAWN                        ? group_of(GROUP_PRODUCTS, (at - PRODUCTS) % 2 == 1)
-           : at < SHARED                       ? group_of(GROUP_DRAWN, (at - DRAWN) / OPERATOR_DRAWN % 2 == 0)
+           : at < PULLED                       ? group_of(GROUP_DRAWN, (at - DRAWN) / OPERATOR_DRAWN % 2 == 0)
+           : at < SHARED                       ? GROUP_PULLED
            : at < SHARED + OPERATOR_LAW_CURVES ? group_of(GROUP_LAW, (at - SHARED) % 2 == 0)
                                                : GROUP_LAW_NUMBERS;
 }
@@ -142,6 +144,18 @@ static void move_drawn(operator_walk_t *walk, double u, double sign, const doubl
     }
 }
 
+/* The exact solution for a straight way as well. kept: of the leaks. */
+static void move_pulled(operator_walk_t *walk, double u, double sign, const double *kept) {
+    for (size_t i = 0; i < OPERATOR_DRAWN; i++) {
+        const double rate = walk->operator->rate[2 * i + 1];
+        const double ahead = sign * (walk->u - walk->pulled[i]), now = sign * (u - walk->pulled[i]);
+        if (now > 0.0) {
+            const double left = ahead >= 0.0 ? (1.0 - rate * ahead) * kept[2 * i + 1] : exp(-rate * now);
+            walk->pulled[i] = u - sign * (1.0 - left) / rate;
+        }
+    }
+}
+
 void operator_move(operator_walk_t *walk, double drive_v) {
     const operator_t *operator= walk->operator;
     const double u = operator_level(operator, drive_v), du = u - walk->u, way = fabs(du);
@@ -163,6 +177,7 @@ void operator_move(operator_walk_t *walk, double drive_v) {
         walk->faded[i] *= kept[i];
     }
     move_drawn(walk, u, sign, kept);
+    move_pulled(walk, u, sign, kept);
     for (size_t i = 0; operator->has_law && i <= DUHEM_NUMBERS; i++) {
         duhem_move(&operator->table[i], &walk->law[i], du);
     }
@@ -289,6 +304,7 @@ static void row_but_plays(const operator_walk_t *walk, double level_v, double *r
         product[3] = z * z * walk->u;
     }
     memcpy(shared + DRAWN, walk->drawn, sizeof walk->drawn);
+    memcpy(shared + PULLED, walk->pulled, sizeof walk->pulled);
     if (operator->has_law) {
         law_of(walk, shared + SHARED);
     }

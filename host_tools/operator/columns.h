@@ -18,6 +18,9 @@
  *                it by the way it goes (Duhem's laws: Bouc-Wen, Dahl, LuGre ..)
  *     drawn      e' = |du| (u^k - e / L), k = 1 to 5, for 7 of these lengths: what the path draws towards a curve of
  *                the drive (Coleman and Hodgdon)
+ *     pulled     e' = (u - e) |du| / L while the drive moves away from e, else 0, for the same 7 lengths: what follows
+ *                from behind, and after a turn stays until the drive comes past it (Jiles and Atherton's irreversible
+ *                part, J. Magn. Magn. Mater. 61, 1986, without negative slopes)
  *     law        one scalar Duhem law (duhem.h), if one was fitted: h, h^2, h^3, h u and what its numbers change of h
  *     past       functions of the highest and lowest drive so far, and exp(-path / L): what the drive did before the
  *                recording began, and the recording has not undone yet
@@ -44,7 +47,7 @@ enum {
     OPERATOR_LEAKS = 14,
     OPERATOR_MULTIPLIED = 5, /**< leaks that have products */
     OPERATOR_PRODUCTS = 4,   /**< z^2, z^3, z u, z^2 u */
-    OPERATOR_DRAWN = 7,      /**< lengths: every second one of the leaks' */
+    OPERATOR_DRAWN = 7,      /**< and pulled. Lengths: every second one of the leaks' */
     OPERATOR_POWERS = 5,     /**< of the drive that they are drawn towards */
     OPERATOR_LAW = OPERATOR_LAW_CURVES + DUHEM_NUMBERS,
     OPERATOR_EXTREMES = 10 /**< nodes over the highest drive, and over the lowest */
@@ -64,6 +67,7 @@ typedef enum {
     GROUP_PRODUCTS_ODD,
     GROUP_DRAWN,
     GROUP_DRAWN_ODD,
+    GROUP_PULLED,
     GROUP_LAW,
     GROUP_LAW_ODD,
     GROUP_LAW_NUMBERS,
@@ -109,7 +113,7 @@ typedef struct {
     size_t recording;
     double u, highest, lowest; /**< so far */
     double range[2];           /**< that the recording will reach */
-    double play[OPERATOR_PLAYS], leak[OPERATOR_LEAKS], drawn[OPERATOR_POWERS][OPERATOR_DRAWN];
+    double play[OPERATOR_PLAYS], leak[OPERATOR_LEAKS], drawn[OPERATOR_POWERS][OPERATOR_DRAWN], pulled[OPERATOR_DRAWN];
     double faded[OPERATOR_LEAKS]; /**< exp(-path / L) */
     duhem_state_t law[1 + DUHEM_NUMBERS];
 } operator_walk_t;

@@ -61,9 +61,9 @@ static void test_columns_do_not_depend_on_the_rate(void) {
 static void test_a_group_is_odd_or_even(void) {
     enum { STEPS = 4000 };
     static const bool is_odd[GROUP_COUNT] = {
-        [GROUP_CURVE_ODD] = true, [GROUP_SMALL_PLAYS] = true, [GROUP_PLAYS] = true,      [GROUP_BENDS + 1] = true,
-        [GROUP_BENDS + 3] = true, [GROUP_BENDS + 5] = true,   [GROUP_LEAKS] = true,      [GROUP_PRODUCTS_ODD] = true,
-        [GROUP_DRAWN_ODD] = true, [GROUP_LAW_ODD] = true,     [GROUP_LAW_NUMBERS] = true};
+        [GROUP_CURVE_ODD] = true, [GROUP_SMALL_PLAYS] = true, [GROUP_PLAYS] = true,   [GROUP_BENDS + 1] = true,
+        [GROUP_BENDS + 3] = true, [GROUP_BENDS + 5] = true,   [GROUP_LEAKS] = true,   [GROUP_PRODUCTS_ODD] = true,
+        [GROUP_DRAWN_ODD] = true, [GROUP_PULLED] = true,      [GROUP_LAW_ODD] = true, [GROUP_LAW_NUMBERS] = true};
     const double range_v[2] = {0.0, 100.0};
     const duhem_law_t law = {.number = {log(0.3), 1.5, 0.1, 0.2}};
     operator_t operator= {0};
@@ -365,13 +365,20 @@ typedef struct {
     unsigned char use[SAMPLES];
 } bench_t;
 
-typedef enum { PLAYS, BOUC_WEN, CURVED_PLAYS, DRAWN, LAWS } law_t;
+typedef enum { PLAYS, BOUC_WEN, CURVED_PLAYS, DRAWN, JILES_ATHERTON, LAWS } law_t;
+
+/* Magnetisation by field (Jiles and Atherton 1986) without negative slopes. */
+static double magnetised(double m, double h, double dh) {
+    const double anhysteretic = tanh((h + 0.05 * m) / 0.6), away = (anhysteretic - m) * copysign(1.0, dh);
+    const double irreversible = away > 0.0 ? away / (0.35 - 0.05 * away) : 0.0;
+    return m + dh * (irreversible + 0.2 * (1.0 - anhysteretic * anhysteretic) / 0.6) / 1.2;
+}
 
 /* Twenty times as many steps as samples, so that the law does not know where these were. Noise: 0.05 % of the stroke.
  */
 static void make_bench(law_t law, double noise_um, bench_t *bench) {
     enum { FINER = 20, BANK = 200 };
-    double play[BANK] = {0.0}, z = 0.0, drawn = 0.0, before = 0.0;
+    double play[BANK] = {0.0}, z = 0.0, drawn = 0.0, m = 0.0, before = 0.0;
     for (int k = -40 * FINER; k < SAMPLES * FINER; k++) {
         const double t = (double)k / FINER / SAMPLES;
         const double now = k < 0 ? (1.0 + t * SAMPLES / 40.0) * (drive_at(0.0) - 50.0) / 50.0
@@ -385,13 +392,15 @@ static void make_bench(law_t law, double noise_um, bench_t *bench) {
         const double change = now - before;
         z += change * (1.0 - (0.7 * copysign(1.0, change * z) + 0.3) * pow(fabs(z) / 0.15, 1.5));
         drawn += fabs(change) * (tanh(2.5 * now) - drawn) / 0.3;
+        m = magnetised(m, now, change);
         before = now;
         if (k >= 0 && k % FINER == 0) {
             bench->drive[k / FINER] = 50.0 + 50.0 * now;
             bench->position[k / FINER] = 5.0 * now +
-                                         (law == BOUC_WEN ? -4.0 * z
-                                          : law == DRAWN  ? drawn
-                                                          : 3.0 * sum) +
+                                         (law == BOUC_WEN         ? -4.0 * z
+                                          : law == DRAWN          ? drawn
+                                          : law == JILES_ATHERTON ? 3.0 * m
+                                                                  : 3.0 * sum) +
                                          noise_um * random_normal(&rng);
         }
     }
@@ -501,7 +510,8 @@ static void test_the_operator_reaches_the_noise_of_each_law(void) {
 }
 
 /* The same behind a strong mode, of five samples a radian and read half a sample early: the columns pass through both.
- * Without that they leave much of the stroke. */
+ * Without that they leave much of the stroke. Not of Jiles and Atherton's law: the mode magnifies by 25 what the
+ * columns miss of it, which is then a tenth to a fifth of the noise (five seeds). */
 static void test_the_operator_reaches_the_noise_behind_a_mode(void) {
     const double noise_um = 0.005, frequency = 0.2, damping = 0.02;
     const state_space_t early = {.states = 1, .ahead = 1, .b = {1.0}, .c = {0.5}, .d = 0.5};
@@ -510,7 +520,8 @@ static void test_the_operator_reaches_the_noise_behind_a_mode(void) {
     state_space_t behind;
     bench_t *bench = allocate(1, sizeof *bench);
     TEST_ASSERT_TRUE(state_space_cascade(&mode, &early, &behind));
-    for (law_t law = PLAYS; law < (INSTRUMENTED ? PLAYS + 1 : LAWS); law++) { /* what is behind is the same for all */
+    for (law_t law = PLAYS; law < (INSTRUMENTED ? PLAYS + 1 : JILES_ATHERTON);
+         law++) { /* what is behind is the same for all */
         operator_path_t path;
         make_bench(law, 0.0, bench);
         state_space_column(&behind, bench->position, SAMPLES);
