@@ -41,6 +41,26 @@ static bool evidence_undone(const recording_t *recording, const look_t *look, co
     return good;
 }
 
+/* The same in the likeliest of the forms that the fault may have, which it then has. */
+static bool evidence_of_likeliest(const recording_t *recording, const look_t *look, fault_t *fault,
+                                  double *log_evidence) {
+    double size[FAULT_MOST_CHOICES];
+    const size_t choices = fault->kind->choices != NULL ? fault->kind->choices(fault, size) : 0;
+    size_t best = choices;
+    for (size_t i = 0; i < choices; i++) {
+        double here;
+        fault->kind->resize(fault, look, size[i]);
+        if (evidence_undone(recording, look, fault, &here) && (best == choices || here > *log_evidence)) {
+            *log_evidence = here;
+            best = i;
+        }
+    }
+    if (best < choices) {
+        fault->kind->resize(fault, look, size[best]);
+    }
+    return choices > 0 ? best < choices : evidence_undone(recording, look, fault, log_evidence);
+}
+
 /* Undone, if it is likelier so by a margin; *as_they_are is then that. */
 static bool undo_if_likelier(recording_t *recording, const look_t *look, fault_t *fault, double margin, double undone,
                              double *as_they_are) {
@@ -68,7 +88,7 @@ static void undo_faults_of(recording_t *recording, size_t index, diagnosis_run_t
         }
         possible = asked ? possible : operator_evidence(recording, 1, &as_they_are);
         asked = true;
-        if (possible && evidence_undone(recording, look, fault, &undone) &&
+        if (possible && evidence_of_likeliest(recording, look, fault, &undone) &&
             !undo_if_likelier(recording, look, fault, threshold.least_gain, undone, &as_they_are)) {
             fault_withdraw(&run->faults, f);
         }

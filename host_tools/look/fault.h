@@ -14,7 +14,7 @@
 #include "fault_kind_list.h"
 #include "look/look.h"
 
-enum { FAULT_MOST_NUMBERS = 4 };
+enum { FAULT_MOST_NUMBERS = 5, FAULT_MOST_CHOICES = 3 };
 
 typedef enum {
     FAULT_MASKABLE,   /**< leaving its samples out is enough */
@@ -64,6 +64,9 @@ struct fault_kind {
      * likely the readings are with it undone (interface/diagnosis_run.h); `hyst look` does not report it. */
     bool (*suspect)(const look_t *look, double *size);
     void (*resize)(fault_t *fault, const look_t *look, double size);
+    /** Of a fault with a part that no statistic tells: sizes of that part for `resize`, returns how many. The one that
+     * makes the readings likeliest, with the fault undone, is taken. NULL: none. */
+    size_t (*choices)(const fault_t *fault, double size[FAULT_MOST_CHOICES]);
 };
 
 #define FAULT_DECLARE(name) extern const fault_kind_t fault_##name;

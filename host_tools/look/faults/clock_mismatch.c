@@ -4,6 +4,9 @@
  * actuator does with a slow motion of the drive could look like that. So a tooth has to be longer than the drive's
  * slowest motion. Or the saw tooth explains most of the lag's changes and jumps by one sample, which no physics does.
  * In all cases it explains more than a wave does: the lag of a filter goes up and down with the frequency of a chirp.
+ *
+ * A row that takes the other clock's latest value has a lag from 0 to one jump; one that takes the nearest value, from
+ * minus to plus half of that. In the mean these are lags that an amplifier could have: which it is say the readings.
  */
 #include "look/fault.h"
 #include "look/signal/drive_before.h"
@@ -11,6 +14,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Its numbers. */
+enum { JUMP_SAMPLES = 1, NUMBERS_LOOKED_AT = 4, MEAN_LAG_SAMPLES = NUMBERS_LOOKED_AT };
 
 static double changes_of_lag(const lags_t *lags) {
     double a = 0.0, b = 0.0, squares = 0.0;
@@ -22,8 +28,10 @@ static double changes_of_lag(const lags_t *lags) {
     return b > 0.0 ? squares - a * a / b : 0.0;
 }
 
-static bool is_one(const lag_course_t *saw) {
-    return fabs(fabs(saw->size) - 1.0) < threshold.one_sample + threshold.deviations * saw->sigma;
+/* What is lost or repeated over and over is a whole number of samples; 0: it is no such number. */
+static double whole_samples(const lag_course_t *saw) {
+    const double whole = fmax(round(fabs(saw->size)), 1.0);
+    return fabs(fabs(saw->size) - whole) < threshold.one_sample + threshold.deviations * saw->sigma ? whole : 0.0;
 }
 
 /* Against the path alone, where the columns of the reference do not show it. */
@@ -36,7 +44,7 @@ static bool saw_against_path(const look_t *look, lag_course_t *saw) {
     const double slowest_hz = look->drive.period > 0.0 ? rate_hz / look->drive.period : look->drive.frequency_hz[0];
     const bool slow = threshold.slower_than_drive * saw->teeth_per_s < slowest_hz &&
                       saw->left < (1.0 - threshold.change_explains) * changes;
-    const bool whole = saw->left < (1.0 - threshold.saw_explains) * changes && is_one(saw);
+    const bool whole = saw->left < (1.0 - threshold.saw_explains) * changes && whole_samples(saw) == 1.0;
     /* One or two samples that were lost for good make a step, not a saw tooth. */
     lag_steps_t steps;
     lags_steps(&look->lags, look_log_chance_limit(), &steps);
@@ -56,11 +64,12 @@ static void find_in(const look_t *look, size_t index, const fault_kind_t *kind, 
     if (!find_saw(look, &saw)) {
         return;
     }
-    const bool one = is_one(&saw);
+    const double whole = whole_samples(&saw);
     fault_t *fault = fault_add(faults, kind, index, saw.size / saw.sigma, saw.log_chance);
     if (fault != NULL) {
         /* Between two jumps the lag grows by what the jump takes back. */
-        const double jump = one ? copysign(1.0, saw.size) : saw.size, jump_sigma = one ? 0.0 : saw.sigma;
+        const double jump = whole > 0.0 ? copysign(whole, saw.size) : saw.size;
+        const double jump_sigma = whole > 0.0 ? 0.0 : saw.sigma;
         const double duration = (double)look->recording->samples / rate_hz;
         const double rate_sigma = 2.0 * saw.sigma / fabs(saw.size) / duration; /* of the phase, at either end */
         fault_number(fault, "parts_per_million", "1", 1e6 * jump * saw.teeth_per_s / rate_hz,
@@ -85,18 +94,37 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
     }
 }
 
+/* Which column has the latest value of the other clock: neither, the position, the drive. */
+static size_t choices(const fault_t *fault, double size[FAULT_MOST_CHOICES]) {
+    const double half_a_jump = 0.5 * fabs(fault->number[JUMP_SAMPLES].value);
+    size[0] = 0.0;
+    size[1] = half_a_jump;
+    size[2] = -half_a_jump;
+    return 3;
+}
+
+static void resize(fault_t *fault, const look_t *look, double size) {
+    (void)look;
+    fault->numbers = NUMBERS_LOOKED_AT;
+    fault_number(fault, "mean_lag_samples", "1", size, HUGE_VAL);
+}
+
 /* The drive of the instants at which the position was read. The readings stay: interpolation would take some of their
- * noise away, and so would look like a gain. */
+ * noise away, and so would look like a gain. When the lag jumps is known to some samples, and these are left out. */
 static double undo(const fault_t *fault, const look_t *look, recording_t *recording) {
     lag_course_t saw;
     find_saw(look, &saw);
-    (void)fault;
+    const double mean_lag = fault->numbers > MEAN_LAG_SAMPLES ? fault->number[MEAN_LAG_SAMPLES].value : 0.0;
     const size_t n = recording->samples;
     double *u = recording->column[COLUMN_DRIVE], *old = allocate(n, sizeof *old);
     memcpy(old, u, n * sizeof *old);
     for (size_t k = 0; k < n; k++) {
         const double x = saw.teeth_per_s * (double)k / recording->sample_rate_hz + saw.phase;
-        u[k] = drive_before(old, n, look->drive.between, k, saw.size * (x - round(x)));
+        u[k] =
+            drive_before(old, n, look->drive.between, k, mean_lag - fault->number[JUMP_SAMPLES].value * (x - round(x)));
+    }
+    for (size_t i = 0; i < fault->spans; i++) {
+        recording_mask(recording, fault->span[i].from, fault->span[i].to);
     }
     free(old);
     return 0.0;
@@ -112,4 +140,6 @@ const fault_kind_t fault_clock_mismatch = {
         "and resample by them.",
     .handling = FAULT_MODELLABLE,
     .find = find,
-    .undo = undo};
+    .undo = undo,
+    .resize = resize,
+    .choices = choices};

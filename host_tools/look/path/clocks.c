@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PHASES = 16, WINDOWS_PER_TOOTH = 8, MOST_TEETH = 48, STEPS_PER_TOOTH = 4, REFINEMENTS = 24 };
+enum { PHASES = 16, WINDOWS_PER_TOOTH = 8, MOST_TEETH = 48, STEPS_PER_TOOTH = 4, FINER = 4, REFINEMENTS = 24 };
 static const double least_teeth = 1.5;
 
 typedef struct {
@@ -129,21 +129,42 @@ static double best_wave_near(moments_t *m, double teeth) {
     return most;
 }
 
-/* Rate and phase in turn, the rate about the middle. Returns what the best takes away. */
-static double refine(moments_t *m, double *teeth, double *phase, double *size, double most) {
-    double step_teeth = 0.5 / STEPS_PER_TOOTH, step_phase = 0.5 / PHASES;
+/* A saw tooth, and what it takes away. */
+typedef struct {
+    double teeth, phase, size, taken;
+} saw_t;
+
+/* All phases at a rate, from one on; the best so far is kept. */
+static void try_rate(moments_t *m, double teeth, double phase, saw_t *best) {
+    saw_t tried = {.teeth = teeth};
+    tried.taken = best_phase(m, teeth, phase, PHASES, &tried.phase, &tried.size);
+    if (tried.taken > best->taken) {
+        *best = tried;
+    }
+}
+
+/* Rates and phases between those that were tried. What is taken away has several tops there: a jump that is a little
+ * off costs little, and then nearly all of it. */
+static void look_closer(moments_t *m, saw_t *best) {
+    const double middle = best->teeth, step = 1.0 / (STEPS_PER_TOOTH * 2 * FINER);
+    for (int i = -2 * FINER; i <= 2 * FINER; i++) {
+        for (int j = 0; j < FINER; j++) {
+            try_rate(m, middle + i * step, (double)j / (PHASES * FINER), best);
+        }
+    }
+}
+
+/* Rate and phase in turn, the rate about the middle. */
+static void refine(moments_t *m, saw_t *saw) {
+    double step_teeth = 0.5 / (STEPS_PER_TOOTH * 2 * FINER), step_phase = 0.5 / (PHASES * FINER);
     for (size_t i = 0; i < REFINEMENTS; i++) {
         for (int direction = 0; direction < 4; direction++) {
             const double more = direction == 0 ? step_teeth : direction == 1 ? -step_teeth : 0.0;
             const double later = direction == 2 ? step_phase : direction == 3 ? -step_phase : -0.5 * more;
-            const double rate = *teeth + more;
-            double best = 0.0, tried = 0.0;
-            const double taken = best_phase(m, rate, *phase + later, 1, &best, &tried);
-            if (taken > most) {
-                most = taken;
-                *teeth = rate;
-                *phase = best;
-                *size = tried;
+            saw_t tried = {.teeth = saw->teeth + more};
+            tried.taken = best_phase(m, tried.teeth, saw->phase + later, 1, &tried.phase, &tried.size);
+            if (tried.taken > saw->taken) {
+                *saw = tried;
             }
         }
         if (i % 3 == 2) {
@@ -151,39 +172,31 @@ static double refine(moments_t *m, double *teeth, double *phase, double *size, d
             step_phase *= 0.5;
         }
     }
-    return most;
 }
 
 void clocks_find(problem_t *p, double rate_hz, double without, double *residual, lag_course_t *saw) {
     double *slope = slope_of_fit(p, residual), *as_read = problem_copy(p);
     const double most_teeth = fmin(MOST_TEETH, (double)p->windows / WINDOWS_PER_TOOTH);
-    double most = 0.0, teeth = 0.0, phase = 0.0, size = 0.0;
+    saw_t best = {0};
     moments_t m;
     memset(saw, 0, sizeof *saw);
     make_moments(p, residual, slope, &m);
     for (size_t step = 0; least_teeth + (double)step / STEPS_PER_TOOTH < most_teeth; step++) {
-        const double rate = least_teeth + (double)step / STEPS_PER_TOOTH;
-        double best = 0.0, tried = 0.0;
-        const double taken = best_phase(&m, rate, 0.0, PHASES, &best, &tried);
-        if (taken > most) {
-            most = taken;
-            teeth = rate;
-            phase = best;
-            size = tried;
-        }
+        try_rate(&m, least_teeth + (double)step / STEPS_PER_TOOTH, 0.0, &best);
     }
-    if (most > 0.0) {
-        most = refine(&m, &teeth, &phase, &size, most);
+    if (best.taken > 0.0) {
+        look_closer(&m, &best);
+        refine(&m, &best);
         for (size_t k = 0; k < p->n; k++) {
-            p->y[k] += size * saw_at(teeth, phase, ((double)k + 0.5) / (double)p->n) * slope[k];
+            p->y[k] += best.size * saw_at(best.teeth, best.phase, ((double)k + 0.5) / (double)p->n) * slope[k];
         }
         const residual_run_t run = {residual, p->n};
         saw->left = problem_residual(p, residual);
-        saw->teeth_per_s = teeth * rate_hz / (double)p->n;
-        saw->phase = phase + (0.5 - (double)p->first) * teeth / (double)p->n;
-        saw->size = size;
-        saw->sigma = fabs(size) * sqrt(saw->left / (double)p->n * autocorrelation_time(&run, 1) / most);
-        saw->by_wave = best_wave_near(&m, teeth) / most;
+        saw->teeth_per_s = best.teeth * rate_hz / (double)p->n;
+        saw->phase = best.phase + (0.5 - (double)p->first) * best.teeth / (double)p->n;
+        saw->size = best.size;
+        saw->sigma = fabs(best.size) * sqrt(saw->left / (double)p->n * autocorrelation_time(&run, 1) / best.taken);
+        saw->by_wave = best_wave_near(&m, best.teeth) / best.taken;
         saw->log_chance = problem_chance(p, without, saw->left, residual, 3.0, STEPS_PER_TOOTH * most_teeth);
         problem_restore(p, as_read);
     }
