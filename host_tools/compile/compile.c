@@ -198,6 +198,23 @@ static bool compile_chain(compile_job_t *job) {
     return set_lookahead(job);
 }
 
+/* What is given for a block that is not there was meant for another model. */
+static bool check_taken(const compile_job_t *job) {
+    const compile_options_t *o = job->options;
+    if (!(o->preload_n >= 0.0 && o->frequency_hz >= 0.0)) {
+        return fail(job->failure, "--preload %g, --frequency %g: negative", o->preload_n, o->frequency_hz);
+    }
+    if (o->preload_n > 0.0 && !job->preload_taken) {
+        return fail(job->failure, "--preload %g: the model has no block preload", o->preload_n);
+    }
+    if (o->frequency_hz > 0.0 && !job->frequency_taken) {
+        return fail(job->failure,
+                    "--frequency %g: the model has no block ellipse, and is not inverted for one frequency",
+                    o->frequency_hz);
+    }
+    return true;
+}
+
 /* The image is good all the same: a board may have a faster processor. */
 static void note_cost(compile_job_t *job) {
     const uint32_t cost = hyst_cost_cycles(job->parameters);
@@ -220,7 +237,7 @@ bool compile_model(const model_t *model, const compile_options_t *options, hyst_
                          .rate_hz = options->sample_rate_hz > 0.0 ? options->sample_rate_hz : model->sample_rate_hz};
     memset(parameters, 0, sizeof *parameters);
     memset(job.report, 0, sizeof *job.report);
-    if (!model_check(model, "model", failure) || !compile_chain(&job) ||
+    if (!model_check(model, "model", failure) || !compile_chain(&job) || !check_taken(&job) ||
         !parameters_check(parameters, "compiled image", failure)) {
         return false;
     }

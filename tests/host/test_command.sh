@@ -125,6 +125,15 @@ has stdout '"not_corrected": []'
 expect 0 '' compile curved.json --follow position --json
 has stdout '"reference_curves": 0'
 has stdout '"block": "static_nonlinearity"'
+expect 1 'model.json: --preload 5: the model has no block preload' compile model.json --preload 5 -o refused
+expect 1 'model.json: --frequency 5: the model has no block ellipse' compile model.json --frequency 5 -o refused
+[ ! -e refused ] || complain 'an image was written for a block that is not there'
+expect 0 '' compile model.json --preload 0
+expect 0 '' compile sine.json --frequency 5
+expect 2 '--frequency must be positive' compile sine.json --frequency -5
+sed 's/^ \],$/, {"block": "preload", "parameters": {"compliance_per_n": {"value": 0.001}}}],/' model.json >pressed.json
+expect 0 '' compile pressed.json --preload 5
+has stdout 'preload: compiled for 5 N (--preload)'
 expect 2 '--follow sensor: not reading or position' compile curved.json --follow sensor
 expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
 has stdout '20000 Hz'
