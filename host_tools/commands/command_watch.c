@@ -30,6 +30,7 @@ typedef struct {
     device_options_t line;
     guard_settings_t guard;
     const char *model, *report;
+    uint32_t model_id;
     unsigned long events;
     double for_s;
     bool json;
@@ -312,7 +313,8 @@ static int work(device_t *device, void *settings) {
     hyst_parameters_t image;
     failure_t failure, ignored;
     (void)blas_threads(1);
-    if (!amplifier_image_read(device, &image, &failure)) {
+    if (!amplifier_image_read(device, &image, &failure) ||
+        !amplifier_image_is_of(&image, watch.settings->model_id, watch.settings->model, &failure)) {
         return failure_print(&failure);
     }
     const bool good = watch_on(&watch, device, &image, &failure);
@@ -338,6 +340,7 @@ static int check(void *context) {
     if (!model_read(&model, s->model, &failure)) {
         return failure_print(&failure);
     }
+    s->model_id = compile_model_id(&model);
     model_free(&model);
     return prepare_folder(s->report, &failure) ? OPTIONS_RUN : failure_print(&failure);
 }
@@ -346,7 +349,8 @@ static int run(int argc, char **argv) {
     settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .guard = GUARD_SETTINGS_DEFAULT};
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
-        {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force", &s.model},
+        {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force; another one is refused",
+         &s.model},
         {"--report", NULL, OPTION_TEXT, "FOLDER", "where the pages go", &s.report},
         {"--limit", NULL, OPTION_NUMBER, "UM", "on the error's root mean square (measured at the start)",
          &s.guard.limit_um},

@@ -157,8 +157,7 @@ static bool set_lookahead(compile_job_t *job) {
     return true;
 }
 
-/* So that an amplifier can tell which model it runs. */
-static uint32_t model_identity(const model_t *model) {
+uint32_t compile_model_id(const model_t *model) {
     json_t *json = model_to_json(model);
     char *text = json_dumps(json, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     const size_t length = strlen(text), words = (length + 3) / 4;
@@ -180,7 +179,7 @@ static bool compile_chain(compile_job_t *job) {
         return fail(job->failure, "a sample rate of %g Hz is beyond what an image can carry", job->rate_hz);
     }
     p->sample_rate_mhz = (uint32_t)rate_mhz;
-    p->model_id = model_identity(job->model);
+    p->model_id = compile_model_id(job->model);
     p->pi_rate_gain = HYST_Q30_ONE;
     p->transition_slew =
         hyst_clamp((int32_t)fmin(0x1p31 - 1.0, 0x1p32 / (transition_s * job->rate_hz)), 1, HYST_Q31_MAX);
