@@ -328,9 +328,17 @@ if grep -qw avx2 /proc/cpuinfo && grep -qw fma /proc/cpuinfo; then
     esac
 fi
 
+# A reader that has seen enough: no failure to tell of.
+{
+    "$hyst" fit good.csv --operators 2 2>stderr || echo $? >left
+} | true
+[ "$(cat left)" -eq 141 ] && [ ! -s stderr ] || complain 'a closed pipe does not end the command quietly'
+
 if [ -w /dev/full ]; then
     "$hyst" fit good.csv --operators 2 >/dev/full 2>stderr
     [ $? -eq 1 ] || complain 'a full disk must not look like success'
+    "$hyst" fit good.csv --operators 2 --json >/dev/full 2>stderr
+    [ "$(wc -l <stderr)" -eq 1 ] || complain 'a full disk is not one line'
 fi
 
 finish
