@@ -86,8 +86,8 @@ static bool can_compile(const model_t *model, failure_t *why) {
     return done;
 }
 
-static bool write_files(warning_t *warning, const diagnosis_run_t *run, const recording_t *part, failure_t *failure) {
-    const answer_t *answer = &run->answer;
+static bool write_files(warning_t *warning, diagnosis_run_t *run, const recording_t *part, failure_t *failure) {
+    answer_t *answer = &run->answer;
     char page[PATH_LENGTH], json[PATH_LENGTH], whole[PATH_LENGTH], better[PATH_LENGTH];
     failure_t why = {{0}};
     if (!path_of(warning, ".html", page, failure) || !path_of(warning, ".json", json, failure) ||
@@ -99,6 +99,7 @@ static bool write_files(warning_t *warning, const diagnosis_run_t *run, const re
     event->not_better = event->better                        ? NULL
                         : answer->verdict == UNKNOWN_PHYSICS ? "What changed is in no catalogue."
                                                              : why.text;
+    answer->written_to = better;
     return model_write(&answer->model, better, failure) && diagnosis_run_report(run, part, 1, whole, failure) &&
            event_write_json(event, answer, &run->account, part, 1, json, failure) &&
            event_write_page(event, answer, &run->account, page, failure); /* last: it says that all is there */
