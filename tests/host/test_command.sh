@@ -331,7 +331,7 @@ fi
 {
     "$hyst" fit good.csv --operators 2 2>stderr || echo $? >left
 } | true
-[ "$(cat left)" -eq 141 ] && [ ! -s stderr ] || complain 'a closed pipe does not end the command quietly'
+if [ "$(cat left)" -ne 141 ] || [ -s stderr ]; then complain 'a closed pipe does not end the command quietly'; fi
 
 if [ -w /dev/full ]; then
     "$hyst" fit good.csv --operators 2 >/dev/full 2>stderr
