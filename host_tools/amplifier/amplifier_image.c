@@ -49,6 +49,17 @@ bool amplifier_image_is_neutral(const hyst_parameters_t *parameters) {
            parameters->position_half_range_pm == neutral.position_half_range_pm;
 }
 
+bool amplifier_image_is_of(const hyst_parameters_t *parameters, uint32_t model_id, const char *name,
+                           failure_t *failure) {
+    if (amplifier_image_is_neutral(parameters)) {
+        return fail(failure, "%s is not in force: the amplifier has no parameters", name);
+    }
+    return parameters->model_id == model_id ||
+           fail(failure,
+                "%s is not in force: it is model 0x%08" PRIX32 ", and the amplifier's image is of 0x%08" PRIX32, name,
+                model_id, parameters->model_id);
+}
+
 /* What it costs and what it may cost, in cycles. */
 static bool too_costly(device_t *device, failure_t *failure) {
     int64_t cost[REGISTER_COUNT];

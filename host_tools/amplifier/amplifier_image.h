@@ -15,6 +15,10 @@ bool amplifier_image_read(device_t *device, hyst_parameters_t *parameters, failu
  */
 bool amplifier_image_is_neutral(const hyst_parameters_t *parameters);
 
+/** A line unless this image was compiled from the model of this id (compile.h); `name` is the model's. */
+bool amplifier_image_is_of(const hyst_parameters_t *parameters, uint32_t model_id, const char *name,
+                           failure_t *failure);
+
 /**
  * Uploads and commits a valid image, then reads it back and compares every word. On failure the previous image stays in
  * force, and the line says whether the amplifier refused (field, element, reason) or communication failed.

@@ -287,8 +287,8 @@ static void step(void *memory, signal_t *signal) {
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
     const size_t rows = parameter[FREQUENCIES].count;
     const double low = parameter[FREQUENCIES].value[0], high = parameter[FREQUENCIES].value[rows - 1];
-    const double frequency_hz = job->options->frequency_hz > 0.0 ? job->options->frequency_hz : low;
-    if (rows > 1 && !(job->options->frequency_hz > 0.0)) {
+    const double wanted_hz = compile_frequency_hz(job), frequency_hz = wanted_hz > 0.0 ? wanted_hz : low;
+    if (rows > 1 && !(wanted_hz > 0.0)) {
         return fail(job->failure, "its inverse holds for one sine: give --frequency, %.6g to %.6g Hz", low, high);
     }
     if (!(frequency_hz >= (1.0 - frequency_error) * low && frequency_hz <= (1.0 + frequency_error) * high)) {

@@ -63,12 +63,13 @@ static void step(void *memory, signal_t *signal) {
 
 /* The hysteresis must deliver the position before the reduction by the force. */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    const state_t state = state_under(parameter, job->options->preload_n);
+    const double preload_n = compile_preload_n(job);
+    const state_t state = state_under(parameter, preload_n);
     job->elastic_center_um = job->elastic_center_um / state.gain + state.shift_um;
     job->elastic_half_um /= state.gain;
     const bool given = isfinite(parameter[FORCE].value[0]);
-    compile_note(job, "%s: compiled for %g N (%s)", job->block,
-                 given ? parameter[FORCE].value[0] : job->options->preload_n, given ? "the model's" : "--preload");
+    compile_note(job, "%s: compiled for %g N (%s)", job->block, given ? parameter[FORCE].value[0] : preload_n,
+                 given ? "the model's" : "--preload");
     return true;
 }
 

@@ -29,6 +29,31 @@ const char *option_optional(option_kind_t kind) {
     return option_is_json(kind) ? "[=FILE]" : kind == OPTION_COUNT_IF ? "[=N]" : "";
 }
 
+enum { HELP_COLUMN = 33, HELP_WIDTH = 120, HELP_DEEPER = 2 };
+
+/* Behind `column` characters of a line; further lines begin below its first word, or below their parent's. */
+static void print_wrapped(const char *text, size_t column) {
+    size_t begin = HELP_COLUMN;
+    while (*text != '\0') {
+        const size_t blanks = strspn(text, " "), word = strcspn(text + blanks, " \n");
+        if (column > begin && column + blanks + word > HELP_WIDTH) {
+            printf("\n%*s%.*s", (int)begin, "", (int)word, text + blanks);
+            column = begin + word;
+        } else {
+            printf("%.*s", (int)(blanks + word), text);
+            column += blanks + word;
+        }
+        text += blanks + word;
+        if (*text == '\n') {
+            text++;
+            putchar('\n');
+            column = 0;
+            begin = strspn(text, " ") + HELP_DEEPER;
+        }
+    }
+    putchar('\n');
+}
+
 static void print_help(const command_t *command, const option_t *options, size_t count) {
     printf("hyst %s %s\n%s\n\n", command->name, command->arguments, command->summary);
     for (size_t i = 0; i < count; i++) {
@@ -36,7 +61,7 @@ static void print_help(const command_t *command, const option_t *options, size_t
         snprintf(left, sizeof left, "%s%s%s%s%s", options[i].letter != NULL ? options[i].letter : "",
                  options[i].letter != NULL ? ", " : "", options[i].name, options[i].argument != NULL ? " " : "",
                  options[i].argument != NULL ? options[i].argument : option_optional(options[i].kind));
-        printf("  %-30s %s\n", left, options[i].help);
+        print_wrapped(options[i].help, (size_t)printf("  %-30s ", left));
     }
     printf("  %-30s %s\n", "--help", "this text");
     if (command->details[0] != '\0') {

@@ -2,8 +2,10 @@
 #include "command_line/print.h"
 #include "base/output_file.h"
 #include <inttypes.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 int failure_print(const failure_t *failure) {
     fprintf(stderr, "hyst: %s\n", failure->text);
@@ -64,6 +66,11 @@ bool json_end(bool good, failure_t *failure) {
     }
     json.open = false;
     return output_file_close(&json.lines, good, failure);
+}
+
+bool reader_has_left(void) {
+    struct pollfd end = {.fd = STDOUT_FILENO};
+    return ferror(stdout) != 0 && poll(&end, 1, 0) == 1 && (end.revents & POLLERR) != 0;
 }
 
 static void print_event(int64_t samples, const char *what) {

@@ -30,6 +30,10 @@ bool json_end(bool good, failure_t *failure);
 /** Whether the command also prints its text: unless JSON goes to stdout. json: whether the option was given. */
 bool text_wanted(bool json);
 
+/** Whether what was printed did not reach stdout because it is a pipe that its reader has closed (`| head`). That is no
+ * failure to tell of: main ends as the signal for it would have ended the process. */
+bool reader_has_left(void);
+
 /** "note: ..." lines on stderr about events that a user should know of. */
 void experiment_print_events(const experiment_events_t *events);
 

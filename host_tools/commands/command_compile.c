@@ -121,6 +121,9 @@ static int compile(int argc, char **argv) {
     if (settings.sample_rate_hz < 0.0) {
         return usage_error(&command_compile, "--sample-rate must be positive");
     }
+    if (settings.frequency_hz < 0.0) {
+        return usage_error(&command_compile, "--frequency must be positive");
+    }
     if (settings.preload_n < 0.0) {
         return usage_error(&command_compile, "--preload must not be negative");
     }

@@ -103,9 +103,10 @@ static bool write_json(const outputs_t *outputs, const diagnosis_run_t *run, con
            json_print(diagnosis_run_to_json(run, recordings, count), JSON_INDENT(1) | JSON_REAL_PRECISION(17), failure);
 }
 
-static bool write_outputs(const outputs_t *outputs, const diagnosis_run_t *run, const recording_t *recordings,
-                          size_t count, failure_t *failure) {
-    const answer_t *answer = &run->answer;
+static bool write_outputs(const outputs_t *outputs, diagnosis_run_t *run, const recording_t *recordings, size_t count,
+                          failure_t *failure) {
+    answer_t *answer = &run->answer;
+    answer->written_to = outputs->output;
     const bool good =
         write_json(outputs, run, recordings, count, failure) &&
         (outputs->output == NULL || model_write(&answer->model, outputs->output, failure)) &&

@@ -42,7 +42,7 @@ static void print_header(void) {
            "position [um]", "error [um]");
 }
 
-static void print_line(const line_t *line) {
+static bool print_line(const line_t *line, failure_t *failure) {
     printf("%10.4f  %-10s  %-12s  %11.4f %-2s  %12.4f  %14.4f  ", line->time_s, line->mode, line->state,
            line->reference, line->direct ? "V" : "um", line->drive_v, line->position_um);
     if (line->follows) {
@@ -50,7 +50,7 @@ static void print_line(const line_t *line) {
     } else {
         printf("%12s\n", "-");
     }
-    (void)fflush(stdout);
+    return fflush(stdout) == 0 || fail(failure, "cannot write the result to stdout");
 }
 
 static json_t *line_to_json(const line_t *line) {
@@ -60,7 +60,11 @@ static json_t *line_to_json(const line_t *line) {
                      line->position_um);
 }
 
-/* count 0: until a signal. */
+static bool show(const line_t *line, bool json, failure_t *failure) {
+    return (!json || json_print_line(line_to_json(line), failure)) && (!text_wanted(json) || print_line(line, failure));
+}
+
+/* count 0: until a signal, or until its reader has seen enough. */
 static bool monitor(device_t *device, double interval_s, unsigned long count, bool json, failure_t *failure) {
     hyst_parameters_t image;
     if (!amplifier_image_read(device, &image, failure)) {
@@ -90,11 +94,8 @@ static bool monitor(device_t *device, double interval_s, unsigned long count, bo
             first = (uint32_t)now[INDEX_sequence];
         }
         const line_t line = line_of(now, &image, first, device_sample_rate_hz(device));
-        if (json && !json_print_line(line_to_json(&line), failure)) {
-            return false;
-        }
-        if (text_wanted(json)) {
-            print_line(&line);
+        if (!show(&line, json, failure)) {
+            return reader_has_left();
         }
         if (count == 0 || i + 1 < count) {
             sleep_until(start_s + interval_s * (double)(i + 1));

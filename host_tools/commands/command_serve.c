@@ -80,14 +80,31 @@ static bool tell_address(const settings_t *s, const char *address, failure_t *fa
     return fflush(stdout) == 0 || fail(failure, "the page's address cannot be printed");
 }
 
+/* What the page says of the line, for who has no page open yet. */
+static void tell_line(void *context, const char *why) {
+    bool *cut = context;
+    if (why != NULL) {
+        (void)fprintf(stderr, "hyst serve: the line to the amplifier is cut; trying again .. (%s)\n", why);
+    } else if (*cut) {
+        (void)fputs("hyst serve: the line to the amplifier is there\n", stderr);
+    }
+    *cut = why != NULL;
+}
+
 static bool serve(settings_t *s, failure_t *failure) {
     const volatile sig_atomic_t *const stop = stop_on_signal();
     bench_t bench;
+    bool cut = false; /* of tell_line */
     if (s->bench && !bench_open(&bench, s, failure)) {
         return false;
     }
     s->line.look_elsewhere = false; /* asked again and again while the line is cut */
-    session_options_t options = {.line = s->line, .folder = s->folder, .port = (int)s->listen, .simulated = s->bench};
+    session_options_t options = {.line = s->line,
+                                 .folder = s->folder,
+                                 .port = (int)s->listen,
+                                 .simulated = s->bench,
+                                 .line_changed = tell_line,
+                                 .context = &cut};
     if (s->bench) {
         options.line.port = bench.emulator.port;
         memcpy(options.drive_range_v, s->twin.twin.drive_range_v, sizeof options.drive_range_v);

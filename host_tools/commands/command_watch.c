@@ -30,6 +30,7 @@ typedef struct {
     device_options_t line;
     guard_settings_t guard;
     const char *model, *report;
+    uint32_t model_id;
     unsigned long events;
     double for_s;
     bool json;
@@ -85,8 +86,8 @@ static bool can_compile(const model_t *model, failure_t *why) {
     return done;
 }
 
-static bool write_files(warning_t *warning, const diagnosis_run_t *run, const recording_t *part, failure_t *failure) {
-    const answer_t *answer = &run->answer;
+static bool write_files(warning_t *warning, diagnosis_run_t *run, const recording_t *part, failure_t *failure) {
+    answer_t *answer = &run->answer;
     char page[PATH_LENGTH], json[PATH_LENGTH], whole[PATH_LENGTH], better[PATH_LENGTH];
     failure_t why = {{0}};
     if (!path_of(warning, ".html", page, failure) || !path_of(warning, ".json", json, failure) ||
@@ -98,6 +99,7 @@ static bool write_files(warning_t *warning, const diagnosis_run_t *run, const re
     event->not_better = event->better                        ? NULL
                         : answer->verdict == UNKNOWN_PHYSICS ? "What changed is in no catalogue."
                                                              : why.text;
+    answer->written_to = better;
     return model_write(&answer->model, better, failure) && diagnosis_run_report(run, part, 1, whole, failure) &&
            event_write_json(event, answer, &run->account, part, 1, json, failure) &&
            event_write_page(event, answer, &run->account, page, failure); /* last: it says that all is there */
@@ -312,7 +314,8 @@ static int work(device_t *device, void *settings) {
     hyst_parameters_t image;
     failure_t failure, ignored;
     (void)blas_threads(1);
-    if (!amplifier_image_read(device, &image, &failure)) {
+    if (!amplifier_image_read(device, &image, &failure) ||
+        !amplifier_image_is_of(&image, watch.settings->model_id, watch.settings->model, &failure)) {
         return failure_print(&failure);
     }
     const bool good = watch_on(&watch, device, &image, &failure);
@@ -338,6 +341,7 @@ static int check(void *context) {
     if (!model_read(&model, s->model, &failure)) {
         return failure_print(&failure);
     }
+    s->model_id = compile_model_id(&model);
     model_free(&model);
     return prepare_folder(s->report, &failure) ? OPTIONS_RUN : failure_print(&failure);
 }
@@ -346,7 +350,8 @@ static int run(int argc, char **argv) {
     settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .guard = GUARD_SETTINGS_DEFAULT};
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
-        {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force", &s.model},
+        {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force; another one is refused",
+         &s.model},
         {"--report", NULL, OPTION_TEXT, "FOLDER", "where the pages go", &s.report},
         {"--limit", NULL, OPTION_NUMBER, "UM", "on the error's root mean square (measured at the start)",
          &s.guard.limit_um},

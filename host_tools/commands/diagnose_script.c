@@ -56,10 +56,11 @@ static void write_script(FILE *file, const diagnose_script_t *script) {
     if (script->sure > 0) {
         fprintf(file, ", sure=%zu, seed=%lu", script->sure, script->seed);
     }
-    fputs(")\nprint(diagnosis, end=\"\")\n", file);
+    fputs(")\n", file);
     if (script->output != NULL) {
-        write_call(file, "diagnosis.model.save(", script->output, ")\n");
+        write_call(file, "diagnosis.save(", script->output, ")\n");
     }
+    fputs("print(diagnosis, end=\"\")\n", file);
     if (script->report != NULL) {
         write_call(file, "diagnosis.report(", script->report, "");
         if (script->title != NULL) {

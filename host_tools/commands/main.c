@@ -54,7 +54,13 @@ static int finish(int status) {
         return failure_print(&failure);
     }
     if (fflush(stdout) != 0 || ferror(stdout)) {
-        fputs("hyst: the result could not be written to stdout\n", stderr);
+        if (reader_has_left()) { /* quietly, as other commands end: these waited until all was in order */
+            (void)signal(SIGPIPE, SIG_DFL);
+            (void)raise(SIGPIPE);
+        }
+        if (status == STATUS_DONE) { /* else there is a line already */
+            fputs("hyst: the result could not be written to stdout\n", stderr);
+        }
         return STATUS_FAILED;
     }
     return status;

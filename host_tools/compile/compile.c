@@ -157,8 +157,7 @@ static bool set_lookahead(compile_job_t *job) {
     return true;
 }
 
-/* So that an amplifier can tell which model it runs. */
-static uint32_t model_identity(const model_t *model) {
+uint32_t compile_model_id(const model_t *model) {
     json_t *json = model_to_json(model);
     char *text = json_dumps(json, JSON_COMPACT | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     const size_t length = strlen(text), words = (length + 3) / 4;
@@ -180,7 +179,7 @@ static bool compile_chain(compile_job_t *job) {
         return fail(job->failure, "a sample rate of %g Hz is beyond what an image can carry", job->rate_hz);
     }
     p->sample_rate_mhz = (uint32_t)rate_mhz;
-    p->model_id = model_identity(job->model);
+    p->model_id = compile_model_id(job->model);
     p->pi_rate_gain = HYST_Q30_ONE;
     p->transition_slew =
         hyst_clamp((int32_t)fmin(0x1p31 - 1.0, 0x1p32 / (transition_s * job->rate_hz)), 1, HYST_Q31_MAX);
@@ -196,6 +195,23 @@ static bool compile_chain(compile_job_t *job) {
     }
     job->report->growth_limit_v = growth_limit_v(job);
     return set_lookahead(job);
+}
+
+/* What is given for a block that is not there was meant for another model. */
+static bool check_taken(const compile_job_t *job) {
+    const compile_options_t *o = job->options;
+    if (!(o->preload_n >= 0.0 && o->frequency_hz >= 0.0)) {
+        return fail(job->failure, "--preload %g, --frequency %g: negative", o->preload_n, o->frequency_hz);
+    }
+    if (o->preload_n > 0.0 && !job->preload_taken) {
+        return fail(job->failure, "--preload %g: the model has no block preload", o->preload_n);
+    }
+    if (o->frequency_hz > 0.0 && !job->frequency_taken) {
+        return fail(job->failure,
+                    "--frequency %g: the model has no block ellipse, and is not inverted for one frequency",
+                    o->frequency_hz);
+    }
+    return true;
 }
 
 /* The image is good all the same: a board may have a faster processor. */
@@ -220,7 +236,7 @@ bool compile_model(const model_t *model, const compile_options_t *options, hyst_
                          .rate_hz = options->sample_rate_hz > 0.0 ? options->sample_rate_hz : model->sample_rate_hz};
     memset(parameters, 0, sizeof *parameters);
     memset(job.report, 0, sizeof *job.report);
-    if (!model_check(model, "model", failure) || !compile_chain(&job) ||
+    if (!model_check(model, "model", failure) || !compile_chain(&job) || !check_taken(&job) ||
         !parameters_check(parameters, "compiled image", failure)) {
         return false;
     }

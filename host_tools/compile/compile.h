@@ -22,6 +22,10 @@
 bool compile_model(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,
                    compile_report_t *report, failure_t *failure);
 
+/** What every image of this model has as its model_id: so an amplifier can tell which model it runs. The same for a
+ * model that was written and read. */
+uint32_t compile_model_id(const model_t *model);
+
 /** Only the fields that follow from the ranges: the four scales, drive_low, drive_high and drive_park. For a twin with
  * the same converters. */
 bool compile_scales(const model_t *model, const compile_options_t *options, hyst_parameters_t *parameters,

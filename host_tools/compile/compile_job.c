@@ -29,6 +29,16 @@ void compile_uncorrected(compile_job_t *job, const char *format, ...) {
     va_end(arguments);
 }
 
+double compile_preload_n(compile_job_t *job) {
+    job->preload_taken = true;
+    return job->options->preload_n;
+}
+
+double compile_frequency_hz(compile_job_t *job) {
+    job->frequency_taken = true;
+    return job->options->frequency_hz;
+}
+
 bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *what, int32_t *fixed) {
     const double scaled = floor(ldexp(value, bits) + 0.5);
     if (!(scaled >= -0x1p31 && scaled < 0x1p31)) {

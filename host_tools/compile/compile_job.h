@@ -26,6 +26,7 @@ typedef struct compile_job {
     double delay_s;                      /**< sum over the chain; becomes lookahead */
     double drive_center_v, drive_half_v; /**< drive of the hysteresis = center + half * Q31 fraction */
     double elastic_center_um, elastic_half_um;
+    bool preload_taken, frequency_taken; /**< by a block, with the two functions below */
 } compile_job_t;
 
 /** A rising function of a signal, with its parameters in `state`. */
@@ -43,6 +44,10 @@ void compile_note(compile_job_t *job, const char *format, ...);
 __attribute__((format(printf, 2, 3)))
 #endif
 void compile_uncorrected(compile_job_t *job, const char *format, ...);
+
+/** The options of these names. One that no block takes is refused in the end. */
+double compile_preload_n(compile_job_t *job);
+double compile_frequency_hz(compile_job_t *job);
 
 /** value * 2^bits, rounded; a failure that names `what` outside 32 bits. */
 bool compile_to_fixed(compile_job_t *job, double value, int bits, const char *what, int32_t *fixed);

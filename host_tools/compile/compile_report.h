@@ -16,9 +16,12 @@ typedef struct {
      * early: mechanics with a mode follow a held drive half a sample before the whole sample that the latency counts.
      */
     double delay_s;
-    double
-        frequency_hz; /**< of the sine for which block ellipse is inverted; 0: that of its table, if it has only one */
-    double preload_n; /**< force on the actuator, 0 or more: for a block preload without a force parameter */
+    /** Of the sine for which block ellipse is inverted; 0: that of its table, if it has only one. Refused without that
+     * block. */
+    double frequency_hz;
+    /** Force on the actuator, 0 or more: for a block preload without a force parameter. Above 0 refused without that
+     * block. */
+    double preload_n;
     /** Meaning of the reference for a sensor with a curve (static_nonlinearity). false: the reading, to which the model
      * was fitted and which `hyst track` measures, so the curve is inverted. true: the position, and the curve is not
      * inverted. */

@@ -156,6 +156,8 @@ HYST_HOST hyst_host_diagnosis_t *hyst_host_diagnose_at_most(const hyst_host_reco
  * the default. Returns how many they were, 0 on failure. Long work. */
 HYST_HOST size_t hyst_host_diagnosis_sure(hyst_host_diagnosis_t *diagnosis, const hyst_host_model_t *model, size_t each,
                                           unsigned long seed);
+/** What the command writes with -o. Text and page then say where. */
+HYST_HOST int hyst_host_diagnosis_save(hyst_host_diagnosis_t *diagnosis, const char *path);
 /** What the command writes with --json, format hyst-diagnosis-1. */
 HYST_HOST char *hyst_host_diagnosis_json(const hyst_host_diagnosis_t *diagnosis);
 /** What the command prints. */

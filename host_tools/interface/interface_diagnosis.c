@@ -12,12 +12,14 @@ struct hyst_host_diagnosis {
     recording_t *recordings; /* copies: faults mask samples, and the caller may free his */
     diagnosis_run_t run;
     double took_s;
+    char *written_to; /* of run.answer */
     provenance_note_t *note;
 };
 
 static void free_recordings(hyst_host_diagnosis_t *diagnosis) {
     interface_recordings_free(diagnosis->recordings, diagnosis->count);
     provenance_note_free(diagnosis->note);
+    free(diagnosis->written_to);
     free(diagnosis);
 }
 
@@ -90,6 +92,15 @@ int hyst_host_diagnosis_report(const hyst_host_diagnosis_t *diagnosis, const cha
     const bool good =
         diagnosis_run_report(&diagnosis->run, diagnosis->recordings, diagnosis->count, path, interface_failure());
     (void)provenance_enter(before);
+    return good;
+}
+
+int hyst_host_diagnosis_save(hyst_host_diagnosis_t *diagnosis, const char *path) {
+    const bool good = model_write(&diagnosis->run.answer.model, path, interface_failure());
+    if (good) {
+        free(diagnosis->written_to);
+        diagnosis->run.answer.written_to = diagnosis->written_to = copy_text(path);
+    }
     return good;
 }
 

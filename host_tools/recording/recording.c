@@ -220,16 +220,22 @@ static size_t sample_at(const recording_t *recording, double at_s) {
 }
 
 bool recording_span(recording_t *recording, double from_s, double to_s, failure_t *failure) {
+    if (isnan(from_s) || isnan(to_s)) {
+        return fail(failure, "%s: the %s of a span is not a number", recording->name,
+                    isnan(from_s) ? "beginning" : "end");
+    }
     const size_t first = sample_at(recording, from_s), behind = sample_at(recording, to_s);
     if (first >= behind) {
         const double end_s = recording->start_s + (double)recording->samples / recording->sample_rate_hz;
         char span[60];
-        if (isfinite(to_s)) {
-            (void)snprintf(span, sizeof span, "%g to %g s", from_s, to_s);
+        if (!isfinite(to_s)) {
+            (void)snprintf(span, sizeof span, "from %g s on", from_s);
+        } else if (!isfinite(from_s)) {
+            (void)snprintf(span, sizeof span, "before %g s", to_s);
         } else {
-            (void)snprintf(span, sizeof span, "%g s on", from_s);
+            (void)snprintf(span, sizeof span, "from %g to %g s", from_s, to_s);
         }
-        return fail(failure, "%s: no sample from %s: it was recorded from %g to %g s", recording->name, span,
+        return fail(failure, "%s: no sample %s: it was recorded from %g to %g s", recording->name, span,
                     recording->start_s, end_s);
     }
     recording_keep(recording, first, behind - first);

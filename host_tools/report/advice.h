@@ -7,10 +7,10 @@
 #include "report/text_line.h"
 
 /** What the verdict asks for. */
-const char *advice_on_verdict(const answer_t *answer);
+void advice_on_verdict(const answer_t *answer, char text[DIAGNOSIS_LINE]);
 
 /** Whether the amplifier undoes the block, or why it cannot. */
-void advice_on_block(const block_t *block, char text[DIAGNOSIS_LINE]);
+void advice_on_block(const answer_t *answer, const block_t *block, char text[DIAGNOSIS_LINE]);
 
 /** What to record for a finding that is not named, and what it would tell. false: it is named, nothing is open. */
 bool advice_on_recording(const finding_t *finding, char text[DIAGNOSIS_LINE]);

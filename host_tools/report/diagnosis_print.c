@@ -140,7 +140,9 @@ static void print_unseen(FILE *file, const answer_t *answer) {
 
 /* What to do now, before all that led to it. */
 static void print_advice(FILE *file, const answer_t *answer) {
-    text_wrapped(file, "do now", advice_on_verdict(answer));
+    char text[DIAGNOSIS_LINE];
+    advice_on_verdict(answer, text);
+    text_wrapped(file, "do now", text);
     fprintf(file, "next       hyst record --port DEV --probe %s\n", next_probe(answer));
 }
 

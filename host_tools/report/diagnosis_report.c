@@ -237,10 +237,11 @@ static void write_advice(const page_t *page) {
     const answer_t *answer = page->answer;
     char text[DIAGNOSIS_LINE];
     fprintf(page->file, "<h2>What to do now</h2>\n<ul>\n<li>");
-    write_prose(page->file, advice_on_verdict(answer));
+    advice_on_verdict(answer, text);
+    write_prose(page->file, text);
     fprintf(page->file, "</li>\n");
     for (size_t f = 0; f < answer->findings; f++) {
-        advice_on_block(answer->finding[f].block, text);
+        advice_on_block(answer, answer->finding[f].block, text);
         fprintf(page->file, "<li>");
         write_prose(page->file, text);
         if (advice_on_recording(&answer->finding[f], text)) {

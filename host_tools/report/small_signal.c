@@ -7,6 +7,8 @@
 
 enum { PERIOD = 4096 /* samples */, PASSES = 3, SINES = 40 };
 static const double highest = 0.4, usual_part = 0.01, usual_v = 1.0;
+/* Of the range, beyond either end: as much as converters have by default. */
+static const double margin = 0.025;
 
 small_signal_t small_signal_unset(void) {
     return (small_signal_t){(double)NAN, (double)NAN, (double)NAN};
@@ -40,6 +42,18 @@ static void make_period(double *value) {
     }
 }
 
+/* Of what a model says far outside of what it was fitted to, nothing is known. */
+static bool inside_range(const char *name, double bias, double amplitude, double low, double high, failure_t *failure) {
+    const double beyond = margin * (high - low);
+    if (!(bias >= low - beyond && bias <= high + beyond)) {
+        return fail(failure, "%s: a bias of %g V is outside of what the model was fitted to, %g to %g V", name, bias,
+                    low, high);
+    }
+    return amplitude <= 0.5 * (high - low) + beyond ||
+           fail(failure, "%s: an amplitude of %g V is more than half of what the model was fitted to, %g to %g V", name,
+                amplitude, low, high);
+}
+
 bool small_signal(const model_t *model, const char *name, const small_signal_t *wish, recording_t *recording,
                   failure_t *failure) {
     double low = 0.0, high = 0.0, period[PERIOD];
@@ -54,6 +68,9 @@ bool small_signal(const model_t *model, const char *name, const small_signal_t *
                                                          : usual_v;
     if (!(rate > 0.0) || !(amplitude > 0.0)) {
         return fail(failure, "%s: %s has to be above 0", name, rate > 0.0 ? "the amplitude" : "the sample rate");
+    }
+    if (known && !inside_range(name, bias, amplitude, low, high, failure)) {
+        return false;
     }
     recording_create(recording, name, rate, (size_t)PERIOD * PASSES);
     make_period(period);

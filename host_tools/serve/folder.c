@@ -43,7 +43,8 @@ bool folder_path(const char *folder, const char *name, char path[FOLDER_PATH], f
                     "first two",
                     name);
     }
-    const int length = snprintf(path, FOLDER_PATH, "%s/%s", folder, name);
+    const bool here = strcmp(folder, ".") == 0; /* by its name alone, as people call it */
+    const int length = snprintf(path, FOLDER_PATH, "%s%s%s", here ? "" : folder, here ? "" : "/", name);
     return (length > 0 && length < FOLDER_PATH) || fail(failure, "%s: name too long", name);
 }
 

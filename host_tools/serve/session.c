@@ -92,6 +92,7 @@ static void on_line(void *context, const device_t *device, const hyst_parameters
         session->sample_rate_hz = device_sample_rate_hz(device);
         pthread_mutex_unlock(&session->lock);
     }
+    session->options->line_changed(session->options->context, why);
     keep_and_tell(session, &session->line, live_line(session->options->line.port, device, image, why));
 }
 

@@ -24,6 +24,10 @@ typedef struct {
     bool simulated;     /**< the amplifier is emulated and the actuator simulated, which the page says */
     /** Of the converters, where known: what the page proposes for an amplifier without parameters; both 0: unknown. */
     double drive_range_v[2], position_range_um[2];
+    /** The line was lost, or has not come from the start (why), or has come (NULL; again with each image). From another
+     * thread, one call at a time. */
+    void (*line_changed)(void *context, const char *why);
+    void *context;
 } session_options_t;
 
 /** The options and their strings must outlive it. NULL on failure. */

@@ -67,6 +67,8 @@ for name in listed:
     described = run(name, "--help")
     check(described.returncode == 0 and described.stderr == "", name, "--help:", described.stderr)
     check(run("help", name).stdout == described.stdout, "hyst help", name, "is not what", name, "--help says")
+    for line in described.stdout.splitlines():
+        check(len(line) <= 120, name, "--help has a line of", len(line), "characters:", line)
     options = set(re.findall(r"(?:^|, |\s)(--[a-z-]+)", described.stdout))
     check("--json[=FILE]" in described.stdout, name, "has no --json[=FILE]")
     wrong = run(name, "--no-such-option")

@@ -39,7 +39,6 @@ expect 2 "unknown command 'calibrate'" calibrate
 for command in fit simulate diagnose compile; do
     expect 0 '' $command --help
     has stdout "hyst $command"
-    [ -z "$(awk '/^[^ ]/ && length > 120 && !/^hyst /' stdout)" ] || complain "a line of the help is long"
     expect 2 'missing argument' $command
     expect 2 'unknown option --frobnicate' $command --frobnicate
 done
@@ -125,6 +124,15 @@ has stdout '"not_corrected": []'
 expect 0 '' compile curved.json --follow position --json
 has stdout '"reference_curves": 0'
 has stdout '"block": "static_nonlinearity"'
+expect 1 'model.json: --preload 5: the model has no block preload' compile model.json --preload 5 -o refused
+expect 1 'model.json: --frequency 5: the model has no block ellipse' compile model.json --frequency 5 -o refused
+[ ! -e refused ] || complain 'an image was written for a block that is not there'
+expect 0 '' compile model.json --preload 0
+expect 0 '' compile sine.json --frequency 5
+expect 2 '--frequency must be positive' compile sine.json --frequency -5
+sed 's/^ \],$/, {"block": "preload", "parameters": {"compliance_per_n": {"value": 0.001}}}],/' model.json >pressed.json
+expect 0 '' compile pressed.json --preload 5
+has stdout 'preload: compiled for 5 N (--preload)'
 expect 2 '--follow sensor: not reading or position' compile curved.json --follow sensor
 expect 0 '' compile model.json --drive-range -200:200 --position-range -50:60 --sample-rate 20000
 has stdout '20000 Hz'
@@ -319,9 +327,17 @@ if grep -qw avx2 /proc/cpuinfo && grep -qw fma /proc/cpuinfo; then
     esac
 fi
 
+# A reader that has seen enough: no failure to tell of.
+{
+    "$hyst" fit good.csv --operators 2 2>stderr || echo $? >left
+} | true
+if [ "$(cat left)" -ne 141 ] || [ -s stderr ]; then complain 'a closed pipe does not end the command quietly'; fi
+
 if [ -w /dev/full ]; then
     "$hyst" fit good.csv --operators 2 >/dev/full 2>stderr
     [ $? -eq 1 ] || complain 'a full disk must not look like success'
+    "$hyst" fit good.csv --operators 2 --json >/dev/full 2>stderr
+    [ "$(wc -l <stderr)" -eq 1 ] || complain 'a full disk is not one line'
 fi
 
 finish

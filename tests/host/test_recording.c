@@ -283,6 +283,26 @@ static void test_a_span(void) {
     }
 }
 
+static void test_a_span_without_samples_is_named_as_it_was_given(void) {
+    const double nan = (double)NAN, inf = (double)INFINITY;
+    const struct {
+        double from_s, to_s;
+        const char *text;
+    } cases[] = {{nan, 1.0, "the beginning of a span is not a number"},
+                 {0.5, nan, "the end of a span is not a number"},
+                 {-inf, -5.0, "no sample before -5 s"},
+                 {9.0, inf, "no sample from 9 s on"},
+                 {1.0, 0.5, "no sample from 1 to 0.5 s"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        failure_t failure;
+        recording_t recording;
+        recording_create(&recording, "rec.csv", 10.0, 20);
+        TEST_ASSERT_FALSE(recording_span(&recording, cases[i].from_s, cases[i].to_s, &failure));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, cases[i].text), failure.text);
+        recording_free(&recording);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_reads_columns_in_any_order_and_keeps_keys);
@@ -294,5 +314,6 @@ int main(void) {
     RUN_TEST(test_refuses_what_is_not_a_file);
     RUN_TEST(test_random_damage_is_refused_or_harmless);
     RUN_TEST(test_a_span);
+    RUN_TEST(test_a_span_without_samples_is_named_as_it_was_given);
     return UNITY_END();
 }

@@ -375,9 +375,17 @@ class Diagnoses(unittest.TestCase):
 
     def test_it_is_that_of_the_command(self):
         self.assertEqual(self.answer.json, document("diagnosis.json"))
-        self.assertEqual(str(self.answer), self.printed)
+        self.assertEqual(str(self.answer), self.printed.replace("was written to better.json",
+                                                                "hyst diagnose writes with -o BETTER.json"))
         self.assertEqual(self.answer.model.json, document("better.json"))
-        self.answer.report("own.html")
+        saved = hyst.diagnose(self.recording, hyst.Model.load("model.json"))
+        self.assertIn("No such file", line_of(saved.save, "nowhere/better.json"))
+        self.assertEqual(str(saved), str(self.answer))
+        os.remove("better.json")
+        saved.save("better.json")
+        self.assertEqual(str(saved), self.printed)
+        self.assertEqual(saved.model.json, document("better.json"))
+        saved.report("own.html")
         with open("own.html", encoding="utf-8") as own, open("diagnosis.html", encoding="utf-8") as other:
             self.assertEqual(without_origin(own.read()), without_origin(other.read()))
 

@@ -174,7 +174,8 @@ typedef struct {
 /* Compiles and tracks; *recording is freed by the caller. */
 static bool track(const tracking_t *tracking, const model_t *model, double frequency_hz, double delay_s,
                   recording_t *recording) {
-    const compile_options_t options = {.frequency_hz = frequency_hz,
+    const bool of_one_sine = model->block[0].block == &block_ellipse;
+    const compile_options_t options = {.frequency_hz = of_one_sine ? frequency_hz : 0.0,
                                        .delay_s = delay_s,
                                        .drive_range_v = {0.0, TWIN_003_DRIVE_V},
                                        .position_range_um = {0.0, TWIN_003_RANGE_UM}};

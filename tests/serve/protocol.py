@@ -33,9 +33,9 @@ def check(good, what):
 
 
 class Server:
-    def __init__(self, hyst, port, folder):
+    def __init__(self, hyst, port, folder, stderr=None):
         self.process = subprocess.Popen([hyst, "serve", "--port", port, "--timeout", TIMEOUT_S, "--folder", folder,
-                                         "--json"], stdout=subprocess.PIPE, text=True)
+                                         "--json"], stdout=subprocess.PIPE, stderr=stderr, text=True)
         said = json.loads(self.process.stdout.readline())
         check(said["format"] == "hyst-serve-1", said)
         found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/", said["page"])
@@ -481,6 +481,22 @@ async def no_orphans(server):
             await page.job_ended()
 
 
+def terminal_hears_of_the_line(hyst, port, scratch):
+    """What the page would say, where no page is open: the port is not there, and then it is."""
+    link = os.path.join(scratch, "port")
+    server = Server(hyst, link, scratch, subprocess.PIPE)
+    try:
+        said = server.process.stderr.readline()
+        check(said.startswith("hyst serve: the line to the amplifier is cut") and link in said, said)
+        os.symlink(port, link)
+        said = server.process.stderr.readline()
+        check(said == "hyst serve: the line to the amplifier is there\n", said)
+    finally:
+        server.process.send_signal(signal.SIGINT)
+        rest = server.process.communicate(timeout=PATIENCE_S)[1]
+        check(rest == "", rest)
+
+
 async def day(server, folder, hyst):
     http_is_guarded(server)
     only_loopback(server)
@@ -518,6 +534,7 @@ def main():
     server = None
     try:
         port = device.stdout.readline().split()[1]
+        terminal_hears_of_the_line(hyst, port, scratch)
         server = Server(hyst, port, folder)
         asyncio.run(day(server, folder, hyst))
         server.process.send_signal(signal.SIGINT)

@@ -3,6 +3,7 @@
  * value. */
 #include "hyst/parameters.h"
 #include "loop/telemetry.h"
+#include "serve/folder.h"
 #include "serve/live.h"
 #include "unity.h"
 #include <string.h>
@@ -68,6 +69,17 @@ static double number(const char *key, size_t index) {
     return json_number_value(json_is_array(member) ? json_array_get(member, index) : member);
 }
 
+/* What commands print begins with no "./" where the server works in its folder. */
+static void test_files_of_the_folder_have_their_names(void) {
+    char path[FOLDER_PATH];
+    failure_t failure;
+    TEST_ASSERT_TRUE(folder_path(".", "a.csv", path, &failure));
+    TEST_ASSERT_EQUAL_STRING("a.csv", path);
+    TEST_ASSERT_TRUE(folder_path("lab/2", "a.csv", path, &failure));
+    TEST_ASSERT_EQUAL_STRING("lab/2/a.csv", path);
+    TEST_ASSERT_FALSE(folder_path(".", "../a.csv", path, &failure));
+}
+
 /* On the time of the snapshots, over the wrap of the sample's number; in units. */
 static void test_frames_of_the_stream(void) {
     const live_clock_t clock = {.begun = true, .last = 5, .samples = 20000.0};
@@ -101,6 +113,7 @@ int main(void) {
     RUN_TEST(test_each_warning_has_words_of_its_own);
     RUN_TEST(test_what_warned_before_and_what_nobody_knows);
     RUN_TEST(test_the_models_error_is_told_once_it_is_watched);
+    RUN_TEST(test_files_of_the_folder_have_their_names);
     RUN_TEST(test_frames_of_the_stream);
     return UNITY_END();
 }

@@ -91,6 +91,7 @@ typedef struct {
     considered_t consideration[DIAGNOSIS_MOST_CONSIDERED];
     size_t unseen_count;
     unseen_t unseen[DIAGNOSIS_MOST_UNSEEN];
+    const char *written_to; /**< the file that has its model, of the caller; NULL: none yet */
 } answer_t;
 
 /** How often the drives turn round by at least half of their range. */

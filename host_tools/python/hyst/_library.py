@@ -66,6 +66,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "diagnose": (c_void_p, [POINTER(c_void_p), c_size_t, c_void_p]),
     "diagnose_at_most": (c_void_p, [POINTER(c_void_p), c_size_t, c_void_p, c_size_t]),
     "diagnosis_sure": (c_size_t, [c_void_p, c_void_p, c_size_t, c_ulong]),
+    "diagnosis_save": (c_int, [c_void_p, c_char_p]),
     "diagnosis_json": (c_void_p, [c_void_p]),
     "diagnosis_text": (c_void_p, [c_void_p]),
     "diagnosis_set_title": (None, [c_void_p, c_char_p]),

@@ -134,6 +134,10 @@ class Diagnosis(Held):
         """The chain with everything that was found, fitted: what the command writes with -o."""
         return Model._of(lib.diagnosis_model(self._handle))
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes that chain, as the command does with -o; print() and report() then say where it is."""
+        checked(lib.diagnosis_save(self._handle, as_path(path)))
+
     def simulated(self, which: str = "after", recording: int = 0) -> Array:
         """The position in um as the chain says it, "before" or "after", of a recording."""
         if which not in ("before", "after"):

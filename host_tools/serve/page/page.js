@@ -536,7 +536,8 @@ function drawCompared() {
 const handlers = {
   hello(event) {
     page.folder = event.folder;
-    put("folder", `In ${event.folder} on the machine of the server.`);
+    put("folder", `In ${event.folder === "." ? "the folder where hyst serve was started," : event.folder} ` +
+                  "on the machine of the server.");
     if (event.simulated) { byId("amplifier").dataset.simulated = "The amplifier is emulated, the actuator simulated. "; }
     const form = byId("record").elements;
     for (const [name, range] of [["drive", event.drive_range], ["position", event.position_range]]) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What people get of a diagnosis: the text on the terminal and the page; and the same facts in JSON. */
+#include "base/shown_name.h"
 #include "report/advice.h"
 #include "told_diagnosis.h"
 #include "unity.h"
@@ -337,8 +338,30 @@ static void test_what_rests_on_the_past_is_told_first(void) {
     TEST_ASSERT_TRUE(verdict_caveat(&diagnosis, text));
     TEST_ASSERT_EQUAL_INT(0, strncmp(text, sentence, strlen(sentence)));
     diagnosis.verdict = NOTHING_MISSING;
-    TEST_ASSERT_NOT_NULL(strstr(advice_on_verdict(&diagnosis), "drive_before_v"));
-    TEST_ASSERT_NULL(strstr(advice_on_verdict(&diagnosis), "Use the model"));
+    advice_on_verdict(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "drive_before_v"));
+    TEST_ASSERT_NULL(strstr(text, "Use the model"));
+}
+
+/* For who has given -o, the advice has the file, and not -o. */
+static void test_the_better_model_is_named_where_it_was_written(void) {
+    char text[DIAGNOSIS_LINE];
+    advice_on_verdict(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING("Use the better model, which hyst diagnose writes with -o BETTER.json.", text);
+    diagnosis.written_to = "models/new.json";
+    advice_on_verdict(&diagnosis, text);
+    TEST_ASSERT_EQUAL_STRING("Use the better model, which was written to models/new.json.", text);
+    diagnosis.verdict = PARTLY_EXPLAINED;
+    work_out();
+    const char *const parts[] = {"which was written to models/new.json. Something else is there, too.",
+                                 "hyst compile models/new.json, then hyst push"};
+    expect_all(page(), parts, 2);
+    account_free(&account);
+    shown_name_set(diagnosis.written_to, "standard output");
+    advice_on_verdict(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "which was written to standard output."));
+    advice_on_block(&diagnosis, &block_resonance, text);
+    TEST_ASSERT_NOT_NULL(strstr(text, "hyst compile BETTER.json"));
 }
 
 /* They are found without an error that falls, and none is claimed; but for that of what else was found. */
@@ -562,6 +585,7 @@ int main(void) {
     RUN_TEST(test_too_few_reversals_are_told_first);
     RUN_TEST(test_an_operator_that_leaves_as_much_proves_nothing);
     RUN_TEST(test_what_rests_on_the_past_is_told_first);
+    RUN_TEST(test_the_better_model_is_named_where_it_was_written);
     RUN_TEST(test_steps_lower_no_error);
     RUN_TEST(test_nothing_found);
     RUN_TEST(test_page_has_its_order);
