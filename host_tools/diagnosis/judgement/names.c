@@ -5,6 +5,7 @@
 #include "diagnosis/answer/state.h"
 #include "diagnosis/evidence/electrical.h"
 #include "diagnosis/evidence/probing.h"
+#include "diagnosis/judgement/no_physics.h"
 #include "diagnosis/judgement/reconsider.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "thresholds/thresholds.h"
@@ -180,7 +181,9 @@ static bool leaves_only_noise(const state_t *state) {
 static bool can_stand(const answer_t *answer, const reading_t *own, const reading_t *reading) {
     const probe_t *probe = reading->block->probe;
     const double most = probe->extends ? threshold.extended_leaves_too_much : threshold.leaves_too_much;
-    return probe_is_first(probe) || excess(answer, reading->power.held) < most * excess(answer, own->power.held);
+    return probe_is_first(probe) ||
+           (excess(answer, reading->power.held) < most * excess(answer, own->power.held) &&
+            !no_physics(&answer->question->samples, model_find(&reading->model, reading->block->name)));
 }
 
 static bool settle(state_t *state, finding_t *finding) {

@@ -5,6 +5,7 @@
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A rest is looked at where the line has so many periods: with fewer a parabola imitates it. */
 static const double least_periods = 2.0;
@@ -17,6 +18,17 @@ static bool too_short(const samples_t *samples, const model_block_t *block) {
                          : block->block->lag == LAG_LOW_PASS ? 1.0 / (2.0 * M_PI * number)
                                                              : HUGE_VAL;
     return lag_s * rate_hz < threshold.least_lag_samples;
+}
+
+/* A mode of the mechanics that no sample can show. */
+static bool too_fast(const samples_t *samples, const model_block_t *block) {
+    const double most_hz = 0.5 * samples->recordings[0].sample_rate_hz;
+    for (size_t p = 0; block->block->place == PLACE_MECHANICS && p < block->block->parameters; p++) {
+        if (strcmp(block->block->parameter[p].unit, "Hz") == 0 && block->parameter[p].value[0] > most_hz) {
+            return true;
+        }
+    }
+    return false;
 }
 
 typedef struct {
@@ -72,7 +84,7 @@ static double amplitude_at_rest(const recording_t *recording, size_t from, size_
 }
 
 bool no_physics(const samples_t *samples, const model_block_t *block) {
-    if (too_short(samples, block)) {
+    if (too_short(samples, block) || too_fast(samples, block)) {
         return true;
     }
     if (!block->block->own_clock) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* What explains something and is no physics: a lag of a hundredth of a sample, and a line at a harmonic of the drive
- * that the rests do not show. */
+/* What explains something and is no physics: a lag of a hundredth of a sample, a mode that no sample shows, and a
+ * line at a harmonic of the drive that the rests do not show. */
 #include "diagnosis/answer/state.h"
 #include "diagnosis/judgement/no_physics.h"
 #include "support.h"
@@ -56,6 +56,15 @@ static void test_a_lag_of_less_than_a_fiftieth_of_a_sample(void) {
     TEST_ASSERT_FALSE(is_none(&block_amplifier_bandwidth, (double[]){rate_hz / (2.0 * M_PI * 0.021)}));
     TEST_ASSERT_TRUE(is_none(&block_sensor_bandwidth, (double[]){rate_hz / (2.0 * M_PI * 0.019)}));
     TEST_ASSERT_FALSE(is_none(&block_resonance, (double[]){0.4 * rate_hz, 0.01})); /* no lag */
+}
+
+/* Of a second mode there no sample shows the ringing: with it a single mode was called two. */
+static void test_a_mode_above_half_of_the_sample_rate(void) {
+    record(false, 0.0, 0.0, 0.0);
+    TEST_ASSERT_TRUE(is_none(&block_resonance, (double[]){0.51 * rate_hz, 0.01}));
+    TEST_ASSERT_TRUE(is_none(&block_two_modes, (double[]){0.05 * rate_hz, 0.02, 0.51 * rate_hz, 0.02, -0.2}));
+    TEST_ASSERT_FALSE(is_none(&block_two_modes, (double[]){0.05 * rate_hz, 0.02, 0.49 * rate_hz, 0.02, -0.2}));
+    TEST_ASSERT_FALSE(is_none(&block_sensor_filter, (double[]){0.6 * rate_hz, 0.7})); /* a lag */
 }
 
 static void test_a_harmonic_of_a_drive_that_never_rests(void) {
@@ -139,6 +148,7 @@ static void test_a_block_without_its_size_is_not_determined(void) {
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_lag_of_less_than_a_fiftieth_of_a_sample);
+    RUN_TEST(test_a_mode_above_half_of_the_sample_rate);
     RUN_TEST(test_a_harmonic_of_a_drive_that_never_rests);
     RUN_TEST(test_a_rest_shows_whether_it_is_hum);
     RUN_TEST(test_hum_at_a_harmonic_is_hum);
