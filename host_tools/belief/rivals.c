@@ -10,8 +10,9 @@
 
 /* So many of a scan: those that promise most. */
 enum { REFINED = 6 };
-/* Fits of each that is in question: all begin with numbers that were searched. */
-enum { TURNS = 2 };
+/* Fits of each that is in question, beginning with numbers that were searched. Creep needs more than two where its
+ * numbers were searched beside weights that had taken a part of it. */
+enum { TURNS = 4 };
 
 /* By how much less evidence another block may have. */
 static double margin_of(const block_t *block, const block_t *other, double gain) {
@@ -71,19 +72,24 @@ static void refine_all(const scan_t *scan, bool strong, suspects_t *suspects) {
     suspects_sort(suspects);
 }
 
-/* Whether a suspect is the block, or a rival of it that is of another group. */
-static bool is_in_question(const block_t *suspect, const block_t *block, const rivals_t *rivals) {
+static bool is_rival(const block_t *suspect, const rivals_t *rivals) {
     bool rival = false;
     for (size_t r = 0; r < rivals->count; r++) {
         rival = rival || rivals->rival[r] == suspect;
     }
-    return suspect == block || (rival && !block_same_group(block, suspect));
+    return rival;
 }
 
-/* Drops rivals of other groups that are worth less than the block once both are fitted together with the weights.
- * Within a group a block may be worth less only because its form is too narrow. */
-static void drop_what_does_not_fit(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
-                                   const block_t *block, rivals_t *rivals) {
+/* Whether a suspect is the block, a rival of it that is of another group, or of its group and none yet. */
+static bool is_in_question(const block_t *suspect, const block_t *block, const rivals_t *rivals) {
+    return suspect == block || is_rival(suspect, rivals) != block_same_group(block, suspect);
+}
+
+/* Fitted together with the weights: drops rivals of other groups that are worth less than the block, and adds those of
+ * its group that are worth as much. Refined beside weights that did without the block, these may have gone astray. Within
+ * a group a block may be worth less only because its form is too narrow. */
+static void weigh_fitted(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
+                         const block_t *block, rivals_t *rivals) {
     suspects_t fits = {.suspect = allocate(suspects->count + 1, sizeof *fits.suspect)};
     size_t kept = 0;
     for (size_t i = 0; i < suspects->count; i++) {
@@ -103,6 +109,13 @@ static void drop_what_does_not_fit(fitted_chain_t *fitted, const probe_setting_t
         }
     }
     rivals->count = kept;
+    for (size_t i = 0; i < fits.count && rivals->count < RIVALS_MOST; i++) {
+        const block_t *other = fits.suspect[i].block;
+        if (other != block && block_same_group(block, other) && !is_rival(other, rivals) &&
+            fits.suspect[i].gain > gain - margin_of(block, other, gain)) {
+            rivals->rival[rivals->count++] = other;
+        }
+    }
     suspects_free(&fits);
 }
 
@@ -138,7 +151,7 @@ void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const blo
     refine_all(&scan, strong, &suspects);
     choose(&suspects, block, rivals);
     if (strong) {
-        drop_what_does_not_fit(fitted, setting, &suspects, block, rivals);
+        weigh_fitted(fitted, setting, &suspects, block, rivals);
     }
     suspects_free(&suspects);
 }

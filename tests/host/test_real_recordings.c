@@ -2,10 +2,12 @@
 /* The recordings of real actuators, found through HYST_RECORDINGS; skipped without it. */
 #include "compile/compile.h"
 #include "identify/fit.h"
+#include "interface/diagnosis_run.h"
 #include "support.h"
 #include "unity.h"
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { SKIPPED = 77 };
 
@@ -61,6 +63,39 @@ static void test_actuator_with_a_jump_is_fitted(void) {
     recording_free(&recording);
 }
 
+static bool may_be(const finding_t *finding, const char *name) {
+    bool is = strcmp(finding->block->name, name) == 0;
+    for (size_t r = 0; r < finding->rivals; r++) {
+        is = is || strcmp(finding->rival[r]->name, name) == 0;
+    }
+    return is;
+}
+
+/* One window of a recording of another simulator, where that is there. It creeps; a dielectric loss is found, which is
+ * nearly the same. Beside weights that did without either the numbers of creep went astray, and it was not in the set:
+ * 20 natural units less. Fitted together with the weights it is worth 11 more. */
+static void test_creep_may_be_what_a_window_of_it_shows(void) {
+    char path[4096];
+    recording_t recording;
+    diagnosis_run_t run;
+    failure_t failure;
+    bool creeps = false;
+    snprintf(path, sizeof path, "%s/concealed/creep.csv", folder);
+    FILE *there = fopen(path, "r");
+    if (there == NULL) {
+        TEST_IGNORE_MESSAGE("skipped: no such recording");
+    }
+    (void)fclose(there);
+    read_real(&recording, "concealed/creep.csv");
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, 25000, &run, &failure), failure.text);
+    for (size_t f = 0; f < run.answer.findings; f++) {
+        creeps = creeps || may_be(&run.answer.finding[f], "creep");
+    }
+    TEST_ASSERT_TRUE(creeps);
+    diagnosis_run_free(&run);
+    recording_free(&recording);
+}
+
 int main(void) {
     folder = getenv("HYST_RECORDINGS");
     if (folder == NULL || folder[0] == '\0') {
@@ -70,5 +105,8 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_stack_is_predicted_better_than_promised);
     RUN_TEST(test_actuator_with_a_jump_is_fitted);
+    if (!INSTRUMENTED) { /* a diagnosis, whose code other tests run */
+        RUN_TEST(test_creep_may_be_what_a_window_of_it_shows);
+    }
     return UNITY_END();
 }
