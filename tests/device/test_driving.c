@@ -6,6 +6,8 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/driving.h"
 #include "base/monotonic_clock.h"
+#include "chain/model.h"
+#include "compile/compile.h"
 #include "loop/telemetry.h"
 #include "motion/source.h"
 #include "recording/recording.h"
@@ -57,20 +59,24 @@ static int64_t value_of(int which) {
 }
 
 /* 0..100 V and 0..100 um, parked at 10 V. */
-void setUp(void) {
-    options.port = simulated_device_start(NULL);
-    options.timeout_s = TIMEOUT_S;
-    failure.text[0] = '\0';
-    take_line();
+static void push(uint32_t model_id) {
     hyst_parameters_t image;
     hyst_parameters_default(&image);
-    image.model_id = 1;
+    image.model_id = model_id;
     image.drive_center_uv = image.drive_half_range_uv = 50000000;
     image.position_center_pm = image.position_half_range_pm = 50000000;
     image.drive_park = (hyst_q31_t)(-0.8 * 0x1p31);
     image.transition_slew = 1 << 24;
+    take_line();
     must(amplifier_image_write(device, &image, &failure));
     leave_line();
+}
+
+void setUp(void) {
+    options.port = simulated_device_start(NULL);
+    options.timeout_s = TIMEOUT_S;
+    failure.text[0] = '\0';
+    push(1);
 }
 
 void tearDown(void) {
@@ -374,13 +380,17 @@ static void test_a_watch_whose_folder_is_gone_goes_on(void) {
     static const char *const watch[] = {"watch",  "--model", "watched.json", "--report", "watched", "--limit", "1",
                                         "--time", "0.3",     "--before",     "0.8",      "--after", "0.3",     "-n",
                                         "2",      NULL};
-    FILE *model = fopen("watched.json", "w");
+    model_t model;
+    FILE *file = fopen("watched.json", "w");
     (void)fputs(
         "{\"format\": \"hyst-model-1\", \"sample_rate_hz\": 1000, \"chain\": [{\"block\":"
         " \"prandtl_ishlinskii\", \"parameters\": {\"offset_um\": {\"value\": 0}, \"weights\": {\"value\": [1, 0.1]},"
         " \"thresholds_v\": {\"value\": [1]}}}]}",
-        model);
-    (void)fclose(model);
+        file);
+    (void)fclose(file);
+    must(model_read(&model, "watched.json", &failure));
+    push(compile_model_id(&model)); /* only a model that is in force is watched with */
+    model_free(&model);
     (void)rmdir("watched");
     start(play);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
