@@ -205,9 +205,14 @@ static void test_images_that_make_no_sense_change_nothing(void) {
     expect_parameters_refused(&bad, HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE);
 }
 
-/* Captures the drive, sample by sample, from now on; in between pushes `next` unless it is NULL. false: the emulated
- * time of the capture was over before the host had pushed it. */
-static bool capture_drive(const hyst_parameters_t *next, int16_t drive[CAPTURE_CAPACITY]) {
+typedef struct {
+    int16_t reference[CAPTURE_CAPACITY];
+    int16_t drive[CAPTURE_CAPACITY];
+} motion_t; /* codes, sample by sample */
+
+/* Captures the motion from now on; in between pushes `next` unless it is NULL. false: the emulated time of the capture
+ * was over before the host had pushed it. */
+static bool capture_motion(const hyst_parameters_t *next, motion_t *motion) {
     static uint16_t frames[CAPTURE_CAPACITY * CAPTURE_FRAME_REGISTERS];
     bool in_time = true;
     must(device_write(device, INDEX_capture_decimation, 1, &failure));
@@ -224,16 +229,47 @@ static bool capture_drive(const hyst_parameters_t *next, int16_t drive[CAPTURE_C
     }
     must(device_read_block(device, ADDRESS_capture, 0, sizeof frames / sizeof frames[0], frames, &failure));
     for (size_t i = 0; i < CAPTURE_CAPACITY; i++) {
-        drive[i] = (int16_t)frames[CAPTURE_FRAME_REGISTERS * i + 1];
+        motion->reference[i] = (int16_t)frames[CAPTURE_FRAME_REGISTERS * i];
+        motion->drive[i] = (int16_t)frames[CAPTURE_FRAME_REGISTERS * i + 1];
     }
     return in_time;
 }
 
-static int largest_step(const int16_t drive[CAPTURE_CAPACITY]) {
+static int largest_step(const motion_t *motion) {
     int largest = 0;
     for (size_t i = 1; i < CAPTURE_CAPACITY; i++) {
-        const int step = abs(drive[i] - drive[i - 1]);
+        const int step = abs(motion->drive[i] - motion->drive[i - 1]);
         largest = step > largest ? step : largest;
+    }
+    return largest;
+}
+
+/* The first sample at which the reference comes up through the middle of its range. */
+static size_t first_rise(const motion_t *motion) {
+    int lowest = INT16_MAX;
+    int highest = INT16_MIN;
+    for (size_t i = 0; i < CAPTURE_CAPACITY; i++) {
+        lowest = motion->reference[i] < lowest ? motion->reference[i] : lowest;
+        highest = motion->reference[i] > highest ? motion->reference[i] : highest;
+    }
+    const int middle = (lowest + highest) / 2;
+    size_t i = 1;
+    while (i < CAPTURE_CAPACITY && !(motion->reference[i - 1] < middle && motion->reference[i] >= middle)) {
+        i++;
+    }
+    return i;
+}
+
+/* Between the drives of two captures, at the same phases of one period of the reference. */
+static int largest_distance(const motion_t *a, const motion_t *b, size_t period) {
+    const size_t in_a = first_rise(a);
+    const size_t in_b = first_rise(b);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(CAPTURE_CAPACITY, in_a + period);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT(CAPTURE_CAPACITY, in_b + period);
+    int largest = 0;
+    for (size_t i = 0; i < period; i++) {
+        const int distance = abs(a->drive[in_a + i] - b->drive[in_b + i]);
+        largest = distance > largest ? distance : largest;
     }
     return largest;
 }
@@ -244,28 +280,26 @@ static int largest_step(const int16_t drive[CAPTURE_CAPACITY]) {
  */
 static void test_a_swap_under_motion_makes_no_bump(void) {
     enum { PERIOD = 5000 };
-    static int16_t drive[CAPTURE_CAPACITY];
+    static motion_t before;
+    static motion_t with_swap;
+    static motion_t after;
     const hyst_parameters_t other = synthetic_parameters(AMPLIFIER_OPERATORS / 2, 1.1);
     const int slew = (int)((other.transition_slew >> 16) + 1);
-    capture_drive(NULL, drive);
-    const int motion_before = largest_step(drive);
-    for (int tries = 1; !capture_drive(&other, drive); tries++) { /* a machine that is busy with other things */
+    capture_motion(NULL, &before);
+    for (int tries = 1; !capture_motion(&other, &with_swap); tries++) { /* a machine that is busy with other things */
         TEST_ASSERT_TRUE_MESSAGE(tries < 5, "the capture was over before the change, five times");
         must(amplifier_image_write(device, &good, &failure));
     }
-    const int with_swap = largest_step(drive);
-    int distance = 0; /* between the same phase of the motion before and after */
-    for (size_t i = 0; i + PERIOD < CAPTURE_CAPACITY; i++) {
-        const int d = abs(drive[i + PERIOD] - drive[i]);
-        distance = d > distance ? d : distance;
-    }
-    capture_drive(NULL, drive);
-    const int motion_after = largest_step(drive);
-    const int motion = motion_before > motion_after ? motion_before : motion_after;
+    capture_motion(NULL, &after);
+    const int step_before = largest_step(&before);
+    const int step_with_swap = largest_step(&with_swap);
+    const int step_after = largest_step(&after);
+    const int step = step_before > step_after ? step_before : step_after;
+    const int distance = largest_distance(&before, &after, PERIOD);
     printf("drive steps in codes: %d before, %d with the swap, %d after; transition %d a sample; models differ by %d\n",
-           motion_before, with_swap, motion_after, slew, distance);
-    TEST_ASSERT_LESS_OR_EQUAL_INT(motion + slew + 1, with_swap); /* 1: both codes are rounded */
-    TEST_ASSERT_GREATER_THAN_INT(5 * (motion + slew + 1), distance);
+           step_before, step_with_swap, step_after, slew, distance);
+    TEST_ASSERT_LESS_OR_EQUAL_INT(step + slew + 1, step_with_swap); /* 1: both codes are rounded */
+    TEST_ASSERT_GREATER_THAN_INT(5 * (step + slew + 1), distance);
     must(amplifier_image_write(device, &good, &failure));
 }
 
