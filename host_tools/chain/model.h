@@ -80,6 +80,10 @@ const parameter_t *model_parameter(const model_block_t *block, const char *name)
 /** The same checks as reading: ranges, lengths, exactly one hysteresis. `where` begins the message. */
 bool model_check(const model_t *model, const char *where, failure_t *failure);
 
+/** Of a range that a model was fitted to, beyond either end: converters reach so far by default (5 % in all), and so
+ * far a model may be driven. */
+#define MODEL_RANGE_MARGIN 0.025
+
 /** Reads a [low, high] pair of the fit object. Returns false when there is none. */
 bool model_fit_range(const model_t *model, const char *key, double range[2]);
 

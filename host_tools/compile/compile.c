@@ -17,11 +17,10 @@ static bool set_range(compile_job_t *job, const double given[2], const char *con
                       const char *option, int32_t *center, int32_t *half_range) {
     double range[2] = {given[0], given[1]};
     if (!(range[0] < range[1]) && !model_fit_range(job->model, converter_key, range)) {
-        double margin;
         if (!model_fit_range(job->model, fit_key, range)) {
             return fail(job->failure, "the model does not say its %s: give %s LO:HI", fit_key, option);
         }
-        margin = 0.025 * (range[1] - range[0]); /* 5 % in all */
+        const double margin = MODEL_RANGE_MARGIN * (range[1] - range[0]);
         range[0] -= margin;
         range[1] += margin;
     }

@@ -7,8 +7,6 @@
 
 enum { PERIOD = 4096 /* samples */, PASSES = 3, SINES = 40 };
 static const double highest = 0.4, usual_part = 0.01, usual_v = 1.0;
-/* Of the range, beyond either end: as much as converters have by default. */
-static const double margin = 0.025;
 
 small_signal_t small_signal_unset(void) {
     return (small_signal_t){(double)NAN, (double)NAN, (double)NAN};
@@ -44,7 +42,7 @@ static void make_period(double *value) {
 
 /* Of what a model says far outside of what it was fitted to, nothing is known. */
 static bool inside_range(const char *name, double bias, double amplitude, double low, double high, failure_t *failure) {
-    const double beyond = margin * (high - low);
+    const double beyond = MODEL_RANGE_MARGIN * (high - low);
     if (!(bias >= low - beyond && bias <= high + beyond)) {
         return fail(failure, "%s: a bias of %g V is outside of what the model was fitted to, %g to %g V", name, bias,
                     low, high);

@@ -92,7 +92,7 @@ static void test_a_drive_without_lines(void) {
 }
 
 int main(void) {
-    rng = random_start("diagnosis_no_physics", 20261128);
+    rng = random_start("lines_of_the_drive", 20261128);
     UNITY_BEGIN();
     RUN_TEST(test_a_line_of_the_drive_is_none);
     RUN_TEST(test_what_is_there_at_rest_is_hum);
