@@ -2,11 +2,12 @@
 /* MATLAB files of version 5, by libmatio: arrays of numbers, in structures, too. */
 #include "recording/table/table.h"
 #include <matio.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { DEEPEST = 6, MOST_CELLS = 64 };
+enum { DEEPEST = 6, MOST_CELLS = 64, NAME_ROOM = 256 };
 
 /* The numbers of an array in double, column after column, or NULL if it holds none. */
 static double *numbers_of(const matvar_t *variable, size_t count) {
@@ -55,6 +56,14 @@ static double *numbers_of(const matvar_t *variable, size_t count) {
     return value;
 }
 
+/* The name of what is in a variable. A longer one is cut. */
+__attribute__((format(printf, 2, 3))) static void write_name(char text[NAME_ROOM], const char *format, ...) {
+    va_list values;
+    va_start(values, format);
+    (void)vsnprintf(text, NAME_ROOM, format, values);
+    va_end(values);
+}
+
 /* The text of a variable without quotes, in UTF-8: its length, 0 if it is none. */
 static size_t text_of(const matvar_t *variable, char *text, size_t room) {
     size_t count = variable != NULL && variable->class_type == MAT_C_CHAR && variable->data != NULL ? 1 : 0, used = 0;
@@ -89,7 +98,7 @@ static matvar_t *field_of(matvar_t *structure, size_t index, const char *const *
 
 /* An element of a structure that is a signal: its numbers beside their name and unit (dSPACE, Simulink). The name goes
  * into `text` behind that of the structure. NULL: it is something else. */
-static matvar_t *signal_of(matvar_t *structure, size_t index, const char *name, char *text, size_t room) {
+static matvar_t *signal_of(matvar_t *structure, size_t index, const char *name, char text[NAME_ROOM]) {
     static const char *const data[] = {"Data", "values", "data"}, *const names[] = {"Name", "label", "name"},
                              *const units[] = {"Unit", "unit", "Units", "units"};
     char called[150], unit[40];
@@ -100,7 +109,7 @@ static matvar_t *signal_of(matvar_t *structure, size_t index, const char *name, 
     }
     const bool stated =
         text_of(field_of(structure, index, units, sizeof units / sizeof units[0]), unit, sizeof unit) > 0;
-    (void)snprintf(text, room, "%s.%s%s%s%s", name, called, stated ? " [" : "", stated ? unit : "", stated ? "]" : "");
+    write_name(text, "%s.%s%s%s%s", name, called, stated ? " [" : "", stated ? unit : "", stated ? "]" : "");
     return numbers;
 }
 
@@ -130,8 +139,8 @@ static bool take_samples(table_t *table, matvar_t *structure, size_t count, cons
             k++;
         }
         if (k == count) {
-            char text[256];
-            (void)snprintf(text, sizeof text, "%s.%s", name, names[field]);
+            char text[NAME_ROOM];
+            write_name(text, "%s.%s", name, names[field]);
             table_add_array(table, text, value, count, 1, false);
             any = true;
         }
@@ -144,8 +153,8 @@ static void take(table_t *table, matvar_t *variable, const char *name, int depth
 
 /* NOLINTNEXTLINE(misc-no-recursion): at most DEEPEST structures in each other */
 static void take_element(table_t *table, matvar_t *structure, size_t index, size_t count, const char *name, int depth) {
-    char text[256];
-    matvar_t *const signal = signal_of(structure, index, name, text, sizeof text);
+    char text[NAME_ROOM];
+    matvar_t *const signal = signal_of(structure, index, name, text);
     if (signal != NULL) {
         take(table, signal, text, depth + 1);
         return;
@@ -155,9 +164,9 @@ static void take_element(table_t *table, matvar_t *structure, size_t index, size
     for (unsigned i = 0; i < fields; i++) {
         matvar_t *field = Mat_VarGetStructFieldByIndex(structure, i, index);
         if (count > 1) {
-            (void)snprintf(text, sizeof text, "%s(%zu).%s", name, index + 1, names[i]);
+            write_name(text, "%s(%zu).%s", name, index + 1, names[i]);
         } else {
-            (void)snprintf(text, sizeof text, "%s.%s", name, names[i]);
+            write_name(text, "%s.%s", name, names[i]);
         }
         if (field != NULL) {
             take(table, field, text, depth + 1);
@@ -193,9 +202,9 @@ static void take(table_t *table, matvar_t *variable, const char *name, int depth
         return;
     }
     for (size_t i = 0; variable->class_type == MAT_C_CELL && i < count && i < MOST_CELLS && depth < DEEPEST; i++) {
-        char text[256];
+        char text[NAME_ROOM];
         matvar_t *const cell = Mat_VarGetCell(variable, (int)i);
-        (void)snprintf(text, sizeof text, "%s{%zu}", name, i + 1);
+        write_name(text, "%s{%zu}", name, i + 1);
         if (cell != NULL) {
             take(table, cell, text, depth + 1);
         }
