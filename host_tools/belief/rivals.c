@@ -86,16 +86,27 @@ static bool is_in_question(const block_t *suspect, const block_t *block, const r
 }
 
 /* Fitted together with the weights: drops rivals of other groups that are worth less than the block, and adds those of
- * its group that are worth as much. Refined beside weights that did without the block, these may have gone astray.
+ * its group that are worth as much. Refined beside weights that did without the block, these may have gone astray. The
+ * block itself begins with the numbers that were found.
  * Within a group a block may be worth less only because its form is too narrow. */
 static void weigh_fitted(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
-                         const block_t *block, rivals_t *rivals) {
+                         const model_block_t *found, rivals_t *rivals) {
+    const block_t *block = found->block;
+    double value[BLOCK_MAX_PARAMETERS];
     suspects_t fits = {.suspect = allocate(suspects->count + 1, sizeof *fits.suspect)};
     size_t kept = 0;
     for (size_t i = 0; i < suspects->count; i++) {
-        if (is_in_question(suspects->suspect[i].block, block, rivals)) {
-            fits.suspect[fits.count] = suspects->suspect[i];
-            model_copy(&fits.suspect[fits.count++].chain, &suspects->suspect[i].chain);
+        suspect_t *fit = &fits.suspect[fits.count];
+        if (!is_in_question(suspects->suspect[i].block, block, rivals)) {
+            continue;
+        }
+        *fit = suspects->suspect[i];
+        fits.count++;
+        if (fit->block == block) {
+            candidate_value(found, value);
+            fit->at = candidate_insert(&fit->chain, &fitted->imitation.chain, block, value);
+        } else {
+            model_copy(&fit->chain, &suspects->suspect[i].chain);
         }
     }
     if (fits.count > 1) {
@@ -141,17 +152,17 @@ void rivals_elsewhere(fitted_chain_t *fitted, const probe_setting_t *setting, co
 }
 
 /* The scan is made anew: the setting knows the numbers of what was found, and begins there. */
-void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, bool strong,
-               rivals_t *rivals) {
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block,
+               const model_block_t *strong, rivals_t *rivals) {
     const scan_t scan = fitted_chain_scan(fitted, setting);
     suspects_t scanned, suspects;
     scan_blocks(&scan, &scanned);
     suspects_copy(&scanned, scan_promising(&scanned, REFINED), &suspects);
     suspects_free(&scanned);
-    refine_all(&scan, strong, &suspects);
+    refine_all(&scan, strong != NULL, &suspects);
     choose(&suspects, block, rivals);
-    if (strong) {
-        weigh_fitted(fitted, setting, &suspects, block, rivals);
+    if (strong != NULL) {
+        weigh_fitted(fitted, setting, &suspects, strong, rivals);
     }
     suspects_free(&suspects);
 }

@@ -20,13 +20,13 @@ typedef struct {
 } rivals_t;
 
 /**
- * fitted: the chain without the block. strong: it leaves little of what was there. The weights of the fit without it
- * have then taken up what they could of it. So a rival may be worth as much by its best probe alone, and those of other
- * groups are fitted together with new weights, as it is. A block that is worth no more than evidence_margin has none:
- * the operator says nothing of it.
+ * fitted: the chain without the block. strong: with its numbers, if it leaves little of what was there; NULL: it does
+ * not. The weights of the fit without it have then taken up what they could of it. So a rival may be worth as much by
+ * its best probe alone, and those of other groups are fitted together with new weights, as it is. A block that is worth
+ * no more than evidence_margin has none: the operator says nothing of it.
  */
-void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block, bool strong,
-               rivals_t *rivals);
+void rivals_of(fitted_chain_t *fitted, const probe_setting_t *setting, const block_t *block,
+               const model_block_t *strong, rivals_t *rivals);
 
 /** Which other blocks with the same numbers, at another place of the chain, are worth as much, each fitted together
  * with the weights. Where a block of more numbers was found: a scan knows the others only. fitted: the chain without

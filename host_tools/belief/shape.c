@@ -23,7 +23,7 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
     const hysteresis_t *h = &room->fitted->hysteresis;
     const double variance = h->evidence.variance;
     size_t held = 0, determined = 0;
-    double normal = 0.0, worst = 0.0;
+    double normal = 0.0, worst = 0.0, all = 0.0;
     for (size_t i = 0; i < room->fitted->samples->count; i++) {
         double square = 0.0, range[2];
         size_t count = 0;
@@ -49,9 +49,11 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
         values_range(room->fitted->position_um + room->fitted->samples->begin[i], end - room->fitted->samples->begin[i],
                      range);
         determined += count;
+        all += square;
         worst = fmax(worst, count > 0 ? 100.0 * sqrt(square / (double)count) / (range[1] - range[0]) : 0.0);
     }
     shape->operator_percent = worst;
+    shape->left_um = determined > 0 ? sqrt(all / (double)determined) : HUGE_VAL;
     shape->not_determined = held > 0 ? 1.0 - (double)determined / (double)held : 1.0;
     shape->deviations = determined > 0 ? sqrt(normal / (double)determined) : HUGE_VAL;
 }
@@ -61,6 +63,10 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
 static double floor_of(const samples_t *samples, double step_um) {
     const double one_percent_um = 1.0 / samples_percent(samples, 1.0);
     return hypot(step_um / sqrt(12.0), threshold.operator_accuracy * one_percent_um);
+}
+
+bool shape_within_noise(const shape_t *shape, const samples_t *samples, double step_um, double noise_um) {
+    return shape->left_um < threshold.most_over_noise * hypot(noise_um, floor_of(samples, step_um));
 }
 
 /* Whether only noise is left: by the tests of any remainder, on what is white already. */
@@ -133,16 +139,4 @@ void shape_of(fitted_chain_t *fitted, double step_um, shape_t *shape) {
     shape->whole = is_noise(&held_out, step_um, shape);
     free(held_out.left);
     free(held_out.open);
-}
-
-void shape_ask(const samples_t *samples, const model_t *chain, double step_um, shape_t *shape) {
-    fitted_chain_t fitted;
-    model_t operated;
-    *shape = (shape_t){0};
-    chain_for_operator(chain, &operated);
-    if (fitted_chain_open(&fitted, samples, &operated, NULL)) {
-        shape_of(&fitted, step_um, shape);
-        fitted_chain_close(&fitted);
-    }
-    model_free(&operated);
 }

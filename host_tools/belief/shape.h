@@ -14,6 +14,7 @@
 typedef struct {
     bool fitted;                  /**< false: the drive does not move, or the chain cannot be simulated; all else 0 */
     double operator_percent;      /**< NRMSE of the held-out samples that are determined */
+    double left_um;               /**< their rms error, of all recordings together */
     double noise_percent, rho_hz; /**< of the noise beside the operator: its white part; where 1/f is as strong */
     double not_determined;        /**< part of the held-out samples: where the fitted ones say too little */
     double deviations;            /**< rms of what is left of the others, whitened, over what it should be */
@@ -29,9 +30,10 @@ typedef struct {
 
 /** The operator in the place of the hysteresis in a chain, fitted to all samples that are not held out. step_um: of the
  * position converter, 0: none to be seen. */
-void shape_ask(const samples_t *samples, const model_t *chain, double step_um, shape_t *shape);
-/** The same of a chain that is fitted already. */
 void shape_of(fitted_chain_t *fitted, double step_um, shape_t *shape);
+/** Whether held-out samples leave not far more than a noise that was found otherwise, rms. The operator's own noise is
+ * as strong in slow changes as it takes, and may be a drift. */
+bool shape_within_noise(const shape_t *shape, const samples_t *samples, double step_um, double noise_um);
 /** Adds what every block of the catalogue that the chain does not have is worth beside it. */
 void shape_scan(fitted_chain_t *fitted, const probe_setting_t *setting, shape_t *shape);
 

@@ -2,11 +2,10 @@
 #include "interface/diagnosis_run.h"
 #include "base/progress.h"
 #include "diagnosis/question/excerpt.h"
-#include "diagnosis/question/operator_evidence.h"
+#include "interface/faults_undone.h"
 #include "look/held_readings.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
-#include "numerics/size_search.h"
 #include "report/diagnosis_json.h"
 #include "report/diagnosis_print.h"
 #include "report/diagnosis_report.h"
@@ -14,135 +13,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static size_t readings_that_count(const recording_t *recording) {
-    size_t count = 0;
-    for (size_t k = 0; k < recording->samples; k++) {
-        count += recording->masked == NULL || recording->masked[k] == 0 ? 1 : 0;
-    }
-    return count;
-}
-
-/* How likely a recording's readings are with a fault undone; they are spread so that no unit changes. Readings that are
- * left out when it is undone count as the others do in the mean. A recording is judged by itself: what another one has
- * is no reason for or against a fault of this one. */
-static bool evidence_undone(const recording_t *recording, const look_t *look, const fault_t *fault,
-                            double *log_evidence) {
-    recording_t one;
-    recording_copy(&one, recording, 0, recording->samples);
-    const double log_gain = fault->kind->undo(fault, look, &one);
-    const double spread = exp(log_gain / (double)one.samples);
-    for (size_t k = 0; k < one.samples; k++) {
-        one.column[COLUMN_DISPLACEMENT][k] *= spread;
-    }
-    const bool good = operator_evidence(&one, 1, log_evidence);
-    *log_evidence *= (double)readings_that_count(recording) / (double)readings_that_count(&one);
-    recording_free(&one);
-    return good;
-}
-
-/* The same in the likeliest of the forms that the fault may have, which it then has. */
-static bool evidence_of_likeliest(const recording_t *recording, const look_t *look, fault_t *fault,
-                                  double *log_evidence) {
-    double size[FAULT_MOST_CHOICES];
-    const size_t choices = fault->kind->choices != NULL ? fault->kind->choices(fault, size) : 0;
-    size_t best = choices;
-    for (size_t i = 0; i < choices; i++) {
-        double here;
-        fault->kind->resize(fault, look, size[i]);
-        if (evidence_undone(recording, look, fault, &here) && (best == choices || here > *log_evidence)) {
-            *log_evidence = here;
-            best = i;
-        }
-    }
-    if (best < choices) {
-        fault->kind->resize(fault, look, size[best]);
-    }
-    return choices > 0 ? best < choices : evidence_undone(recording, look, fault, log_evidence);
-}
-
-/* Undone, if it is likelier so by a margin; *as_they_are is then that. */
-static bool undo_if_likelier(recording_t *recording, const look_t *look, fault_t *fault, double margin, double undone,
-                             double *as_they_are) {
-    if (!(undone > *as_they_are + margin)) {
-        return false;
-    }
-    fault->kind->undo(fault, look, recording);
-    fault->undone = true;
-    *as_they_are = undone;
-    return true;
-}
-
-/* A fault that can be undone is, before physics is looked for, if a hysteresis of any shape then makes the readings
- * likelier. If it does not, there is no such fault: what the look's ruler could not follow was the hysteresis. The look
- * has chosen its instant among all, so it has to be worth what the best of many probes has to be: what physics adds is
- * not the same everywhere, either. */
-static void undo_faults_of(recording_t *recording, size_t index, diagnosis_run_t *run) {
-    const look_t *look = &run->looks[index];
-    bool asked = false, possible = false;
-    double as_they_are, undone;
-    for (size_t f = run->faults.count; f-- > 0;) {
-        fault_t *fault = &run->faults.fault[f];
-        if (fault->recording != index || fault->kind->undo == NULL) {
-            continue;
-        }
-        possible = asked ? possible : operator_evidence(recording, 1, &as_they_are);
-        asked = true;
-        if (possible && evidence_of_likeliest(recording, look, fault, &undone) &&
-            !undo_if_likelier(recording, look, fault, threshold.least_gain, undone, &as_they_are)) {
-            fault_withdraw(&run->faults, f);
-        }
-    }
-}
-
-typedef struct {
-    const recording_t *recording;
-    const look_t *look;
-    const fault_t *fault; /* of any size */
-} suspicion_t;
-
-/* Less is likelier. */
-static double unlikely(void *context, double size) {
-    const suspicion_t *suspicion = context;
-    fault_t fault = *suspicion->fault;
-    double log_evidence;
-    fault.kind->resize(&fault, suspicion->look, size);
-    return evidence_undone(suspicion->recording, suspicion->look, &fault, &log_evidence) ? -log_evidence : HUGE_VAL;
-}
-
-/* A fault of some size that the look's statistic cannot tell, and the readings can. */
-static void undo_suspected(const fault_kind_t *kind, recording_t *recording, size_t index, diagnosis_run_t *run) {
-    const look_t *look = &run->looks[index];
-    double size, as_they_are, least;
-    if (fault_found(&run->faults, kind, index) || !kind->suspect(look, &size) ||
-        !operator_evidence(recording, 1, &as_they_are)) {
-        return;
-    }
-    fault_t fault = {.kind = kind, .recording = index};
-    suspicion_t suspicion = {recording, look, &fault};
-    fault.kind->resize(&fault, look, size_search(unlikely, &suspicion, size, &least));
-    const double undone = -least, gain = undone - as_they_are;
-    fault_t *added =
-        gain > threshold.evidence_margin ? fault_add(&run->faults, kind, index, gain, -gain / log(10.0)) : NULL;
-    if (added != NULL) {
-        memcpy(added->number, fault.number, sizeof fault.number);
-        added->numbers = fault.numbers;
-        (void)undo_if_likelier(recording, look, added, threshold.evidence_margin, undone, &as_they_are);
-    }
-}
-
-static void undo_faults(recording_t *recordings, diagnosis_run_t *run, progress_t *progress) {
-    progress_name(progress, "looking: faults");
-    for (size_t i = 0; i < run->looked_at; i++) {
-        progress_update(progress, (double)i / (double)run->looked_at);
-        undo_faults_of(&recordings[i], i, run);
-        for (size_t k = 0; k < fault_kind_count; k++) {
-            if (fault_kinds[k]->suspect != NULL) {
-                undo_suspected(fault_kinds[k], &recordings[i], i, run);
-            }
-        }
-    }
-}
 
 /* Of readings that stand in several rows each, the first rows are what there is. Before the excerpt, which may take
  * means, and before the look, which sees the rest of what is wrong in them only. NULL: they stay. */
@@ -185,7 +55,8 @@ static bool look_first(recording_t *recordings, size_t count, const held_reading
     if (run->looks != NULL) {
         faults_find(run->looks, run->looked_at, &run->faults);
         run->masked = faults_mask(&run->faults, recordings);
-        undo_faults(recordings, run, &progress);
+        progress_name(&progress, "looking: faults");
+        faults_undo(recordings, run->looks, run->looked_at, &run->faults, &progress);
         if (held != NULL) {
             tell_copies(held, run);
         }
@@ -272,6 +143,60 @@ static bool find_and_account(const model_t *given, recording_t *recordings, size
     return good;
 }
 
+/* How likely the readings are, beside the operator and all that was found. Readings that are left
+ * out when a fault is undone count as the others do in the mean. */
+static double likelihood_of_answer(const answer_t *answer, const recording_t *recordings, const recording_t *all,
+                                   size_t count) {
+    double here = 0.0, there = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        here += (double)readings_that_count(&recordings[i]);
+        there += (double)readings_that_count(&all[i]);
+    }
+    return answer->shape_after.fitted ? answer->shape_after.log_evidence * there / here : -HUGE_VAL;
+}
+
+/*
+ * What is only suspected may be physics that the operator has not: a mode, too, is ahead of what a hysteresis makes of
+ * it. So the readings are diagnosed as they are, and with the faults undone, which have to make them likelier beside
+ * all that was found.
+ */
+static bool find_beside_suspected(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
+                                  failure_t *failure) {
+    recording_t *as_they_are = allocate(count, sizeof *as_they_are);
+    for (size_t i = 0; i < count; i++) {
+        recording_copy(&as_they_are[i], &recordings[i], 0, recordings[i].samples);
+        as_they_are[i].whole = recordings[i].whole;
+    }
+    faults_undo_suspected(recordings, run->looks, &run->faults);
+    diagnosis_run_t other = *run;
+    bool good = find_and_account(given, recordings, count, run, failure);
+    if (good && find_and_account(given, as_they_are, count, &other, failure)) {
+        if (!(likelihood_of_answer(&run->answer, recordings, as_they_are, count) >
+              likelihood_of_answer(&other.answer, as_they_are, as_they_are, count) + threshold.evidence_margin)) {
+            for (size_t i = 0; i < count; i++) {
+                const recording_t undone = recordings[i];
+                recordings[i] = as_they_are[i];
+                as_they_are[i] = undone;
+            }
+            const answer_t answer = run->answer;
+            const account_t account = run->account;
+            run->answer = other.answer;
+            run->account = other.account;
+            other.answer = answer;
+            other.account = account;
+            faults_withdraw_suspected(&run->faults);
+        }
+        account_free(&other.account);
+        answer_free(&other.answer);
+    }
+    for (size_t i = 0; i < count; i++) {
+        as_they_are[i].whole = NULL;
+        recording_free(&as_they_are[i]);
+    }
+    free(as_they_are);
+    return good;
+}
+
 bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, size_t most_samples,
                    diagnosis_run_t *run, failure_t *failure) {
     *run = (diagnosis_run_t){0};
@@ -281,8 +206,9 @@ bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, 
     }
     held_readings_t *held = leave_copies_out(recordings, count);
     excerpt(recordings, count, most_samples != 0 ? most_samples : (size_t)threshold.most_samples);
-    const bool good =
-        look_first(recordings, count, held, run, failure) && find_and_account(given, recordings, count, run, failure);
+    const bool good = look_first(recordings, count, held, run, failure) &&
+                      (faults_some_suspected(&run->faults) ? find_beside_suspected
+                                                           : find_and_account)(given, recordings, count, run, failure);
     free(held);
     if (!good) {
         look_away(run);

@@ -39,6 +39,7 @@ typedef struct {
     size_t spans;      /**< 0: all of the recording */
     look_span_t *span; /**< samples, in order of time */
     bool undone;       /**< in the readings, by fault_undo */
+    bool suspected;    /**< by fault_kind_t.suspect, and not found by the statistic */
 } fault_t;
 
 typedef struct {

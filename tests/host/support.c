@@ -111,6 +111,12 @@ void measure_with(recording_t *recording, const model_t *shorter, const block_t 
     }
 }
 
+double magnetised(double m, double h, double dh) {
+    const double anhysteretic = tanh((h + 0.05 * m) / 0.6), away = (anhysteretic - m) * copysign(1.0, dh);
+    const double irreversible = away > 0.0 ? away / (0.35 - 0.05 * away) : 0.0;
+    return m + dh * (irreversible + 0.2 * (1.0 - anhysteretic * anhysteretic) / 0.6) / 1.2;
+}
+
 void fill_lines(double *values, size_t samples, const double *corner, size_t count, size_t per_line) {
     for (size_t k = 0; k < samples; k++) {
         const size_t line = k / per_line;

@@ -39,6 +39,10 @@ void simulate_into(recording_t *recording, const model_t *model, uint64_t seed);
 void measure_with(recording_t *recording, const model_t *shorter, const block_t *block, const double *value,
                   double noise_um, random_t *rng);
 
+/** One step of Jiles and Atherton's law (1986) without negative slopes: the magnetisation where the field goes to h by
+ * dh. Both are of the order of 1. */
+double magnetised(double m, double h, double dh);
+
 /** Fills values with straight lines through `count` corners, over and over, `per_line` samples a line. Corners are met
  * exactly. */
 void fill_lines(double *values, size_t samples, const double *corner, size_t count, size_t per_line);

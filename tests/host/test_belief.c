@@ -5,6 +5,7 @@
 #include "belief/shape.h"
 #include "belief/suspect_fit.h"
 #include "chain/catalogue.h"
+#include "diagnosis/question/question.h"
 #include "support.h"
 #include "thresholds/thresholds.h"
 #include "unity.h"
@@ -241,6 +242,37 @@ static void test_a_fit_is_of_its_chain(void) {
     recording_free(&recording);
 }
 
+/* The operator calls slow changes noise. They are none where the sensor at rest is far quieter. */
+static void test_what_is_far_more_than_the_noise_is_none(void) {
+    recording_t recording;
+    model_t chain;
+    question_t question = {.noise = {.at_rest = true}};
+    fitted_chain_t fitted;
+    failure_t failure;
+    make_recording(PLAYS, NOTHING, &recording);
+    imitation_chain(rate_hz, &chain);
+    TEST_ASSERT_TRUE(samples_open(&question.samples, &chain, &recording, 1, &failure));
+    TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &question.samples, &chain, NULL));
+    question.noise.rms_um = noise_um;
+    question_imitate(&question, &fitted);
+    TEST_ASSERT_TRUE(question.shape.whole);
+    const double left_um = question.shape.left_um;
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * noise_um, noise_um, left_um); /* the operator's errors are a tenth of it */
+    for (int quieter = 0; quieter < 2; quieter++) {
+        question.noise.rms_um = (quieter == 0 ? 1.01 : 0.9) * left_um / threshold.most_over_noise;
+        question_imitate(&question, &fitted);
+        TEST_ASSERT_EQUAL_INT(quieter == 0, question.shape.whole);
+    }
+    /* Steps of a converter are as loud as a 12th of their square. */
+    question.step_um = 1.3 * left_um;
+    question_imitate(&question, &fitted);
+    TEST_ASSERT_TRUE(question.shape.whole);
+    fitted_chain_close(&fitted);
+    samples_close(&question.samples);
+    model_free(&chain);
+    recording_free(&recording);
+}
+
 /* Behind a curve of the sensor that bends by a quarter of the stroke the operator's position and what the curve adds to
  * it settle: what the fit leaves is the noise. Taken out as it came, round by round, it left 3.1 of it after four. */
 static void test_a_fit_behind_a_strong_curve_settles(void) {
@@ -333,7 +365,7 @@ static void test_a_weak_effect_has_rivals(void) {
     imitation_chain(rate_hz, &chain);
     TEST_ASSERT_TRUE(samples_open(&samples, &chain, &recording, 1, &failure));
     TEST_ASSERT_TRUE(fitted_chain_open(&fitted, &samples, &chain, NULL));
-    rivals_of(&fitted, &setting, &block_transport_delay, false, &rivals);
+    rivals_of(&fitted, &setting, &block_transport_delay, NULL, &rivals);
     /* Else the test says nothing. */
     TEST_ASSERT_TRUE(rivals.gain > threshold.evidence_margin && rivals.gain < threshold.least_gain);
     TEST_ASSERT_TRUE(rivals.best_gain > rivals.gain - threshold.evidence_margin);
@@ -430,6 +462,7 @@ int main(void) {
     RUN_TEST(test_nothing_is_said_where_nothing_is_missing);
     RUN_TEST(test_a_leakage_far_from_zero);
     RUN_TEST(test_a_fit_is_of_its_chain);
+    RUN_TEST(test_what_is_far_more_than_the_noise_is_none);
     RUN_TEST(test_a_fit_behind_a_strong_curve_settles);
     RUN_TEST(test_fits_side_by_side_are_kept);
     RUN_TEST(test_a_weak_effect_has_rivals);

@@ -3,6 +3,7 @@
 #include "base/failure.h"
 #include "operator/hysteresis.h"
 #include "random.h"
+#include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
@@ -23,13 +24,6 @@ typedef struct {
 } bench_t;
 
 typedef enum { PLAYS, BOUC_WEN, CURVED_PLAYS, DRAWN, JILES_ATHERTON, LAWS } law_t;
-
-/* Magnetisation by field (Jiles and Atherton 1986) without negative slopes. */
-static double magnetised(double m, double h, double dh) {
-    const double anhysteretic = tanh((h + 0.05 * m) / 0.6), away = (anhysteretic - m) * copysign(1.0, dh);
-    const double irreversible = away > 0.0 ? away / (0.35 - 0.05 * away) : 0.0;
-    return m + dh * (irreversible + 0.2 * (1.0 - anhysteretic * anhysteretic) / 0.6) / 1.2;
-}
 
 /* Two sines, 0 to 100 V, that become smaller. Twenty times as many steps as samples, so that the law does not know
  * where these were. Noise: 0.05 % of the stroke.

@@ -144,30 +144,38 @@ bool question_noise(question_t *question, const model_t *model, failure_t *failu
     return good;
 }
 
-/* The noise beside the operator, where that says it better. */
-static void take_noise_beside(question_t *question, const fitted_chain_t *beside) {
+/* Where the drive never rests, the operator says better what noise is. */
+static noise_t noise_beside(const question_t *question, const fitted_chain_t *beside) {
     noise_t noise;
-    if (question->noise.at_rest || !question->shape.whole) {
-        return;
-    }
     double *left = samples_column(&question->samples);
     for (size_t k = 0; k < question->samples.all; k++) {
         left[k] = beside->position_um[k] - beside->imitation.simulated_um[k];
     }
     noise_of(&question->samples, NULL, left, &noise);
-    if (noise.rms_um < question->noise.rms_um) {
+    free(left);
+    return noise;
+}
+
+/* Nothing is missing only if held-out samples leave not far more than the noise. The operator's noise is as strong in
+ * slow changes as it takes: a drift may pass for it. */
+void question_imitate(question_t *question, fitted_chain_t *beside) {
+    shape_t *shape = &question->shape;
+    if (beside->samples == NULL) {
+        return;
+    }
+    shape_of(beside, question->step_um, shape);
+    if (!shape->whole) {
+        return;
+    }
+    noise_t noise = question->noise.at_rest ? question->noise : noise_beside(question, beside);
+    const double least_um = fmin(noise.rms_um, question->noise.rms_um);
+    if (!shape_within_noise(shape, &question->samples, question->step_um, least_um)) {
+        shape->whole = false;
+    } else if (noise.rms_um < question->noise.rms_um) {
         question->coarse = false;
         count_steps_as_noise(question, &noise);
         question->noise = noise;
     }
-    free(left);
-}
-
-void question_imitate(question_t *question, fitted_chain_t *beside) {
-    if (beside->samples != NULL) {
-        shape_of(beside, question->step_um, &question->shape);
-    }
-    take_noise_beside(question, beside);
 }
 
 void question_listen(question_t *question, fitted_chain_t *beside) {

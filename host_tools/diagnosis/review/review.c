@@ -57,6 +57,11 @@ static bool is_strong(const finding_t *finding) {
     return finding->held_out_after_percent < sqrt(threshold.contest_worth) * finding->held_out_before_percent;
 }
 
+/* Its numbers, for rivals_of. */
+static const model_block_t *strong_numbers(const answer_t *answer, const finding_t *finding) {
+    return is_strong(finding) ? model_find(&answer->model, finding->block->name) : NULL;
+}
+
 /* What a review asks the operator for, where two processors have something to do. Beside what was found, and without
  * each finding, the latest first: where one goes, what is left of them was fitted for nothing. The fit without a curve
  * is needed only if the operator leaves nothing. */
@@ -95,8 +100,8 @@ static void ask_at_once(void *context, size_t index) {
         fit_what_is_asked(asked->state);
     } else {
         asked->early->block = asked->finding->block;
-        rivals_of(asked->state->beside, &asked->state->setting, asked->finding->block, is_strong(asked->finding),
-                  &asked->early->rivals);
+        rivals_of(asked->state->beside, &asked->state->setting, asked->finding->block,
+                  strong_numbers(&asked->state->answer, asked->finding), &asked->early->rivals);
     }
 }
 
@@ -129,7 +134,8 @@ static shape_t shape_without(const state_t *state, const finding_t *finding) {
 
 /* Whether a block says with its numbers what the operator needs many for. A lag on a path that is always travelled at
  * one speed is a function of the path, and a curve is one on any path: the operator imitates both, on samples that no
- * fit saw, too. What is only called noise of 1/f without the block, as a drift may be, it does not imitate. */
+ * fit saw, too. What is only called noise of 1/f without the block, as a drift may be, it does not imitate: then there
+ * is more of that noise without it. */
 static bool is_worth_it(const state_t *state, size_t finding) {
     const answer_t *answer = &state->answer;
     if (!answer->shape_after.fitted) {
@@ -137,7 +143,8 @@ static bool is_worth_it(const state_t *state, size_t finding) {
     }
     const shape_t without = shape_without(state, &answer->finding[finding]);
     return !without.fitted || answer->shape_after.log_evidence > without.log_evidence + threshold.evidence_margin ||
-           without.operator_percent > threshold.clearly_more * answer->shape_after.operator_percent;
+           (without.rho_hz > answer->shape_after.rho_hz &&
+            without.operator_percent > threshold.clearly_more * answer->shape_after.operator_percent);
 }
 
 /* Takes out what is not, the latest first; what was worth it beside that has to be so without. So goes all that only
@@ -220,7 +227,7 @@ static void add_rivals(state_t *state, const early_rivals_t *early, finding_t *f
     } else {
         fitted_chain_t *fitted = is_only_addition(state, finding) ? state->beside : state_fitted(state, &left_out);
         if (fitted != NULL) {
-            rivals_of(fitted, &state->setting, finding->block, strong, &rivals);
+            rivals_of(fitted, &state->setting, finding->block, strong_numbers(answer, finding), &rivals);
         }
     }
     for (size_t r = 0; r < rivals.count && finding->rivals < DIAGNOSIS_MOST_RIVALS; r++) {
@@ -257,12 +264,10 @@ static void add_bends(const answer_t *answer, finding_t *finding) {
     }
 }
 
-/* Whether physics was found, and not beside the operator. The steps of a converter are in the readings whatever else
- * is. */
-static bool found_nearly(const answer_t *answer) {
+static bool found_a_curve(const answer_t *answer) {
     bool found = false;
     for (size_t f = 0; f < answer->findings; f++) {
-        found = found || (!answer->finding[f].in_readings && !answer->finding[f].heard);
+        found = found || answer->finding[f].shape;
     }
     return found;
 }
@@ -288,11 +293,10 @@ bool review_end(state_t *state) {
         good = take_out_imitated(state, &dropped);
     }
     good = good && (!dropped || measure_again(state));
-    /* Blocks that only come near, and an operator, may together explain what is neither: a gain that steps is nearly a
-     * drift. That stays unknown. One that was heard was found beside the operator, and explains what that does not.
-     * What no finding is left for stays unknown, too, where a block that is no curve speaks beside the operator. */
-    const bool near_only = answer->verdict == UNKNOWN_PHYSICS && found_nearly(answer);
-    if (good && answer->shape_after.whole && !near_only &&
+    /* A curve that only comes near, and an operator, may together explain what is neither. What no finding is left for
+     * stays unknown where a block that is no curve speaks beside the operator. */
+    const bool near_curve = answer->verdict == UNKNOWN_PHYSICS && found_a_curve(answer);
+    if (good && answer->shape_after.whole && !near_curve &&
         (is_only_shape(answer) || is_bent_shape(answer) || answer->findings > 0)) {
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {

@@ -34,7 +34,7 @@ static void ask_again(const finding_t *finding, rivals_t *rivals) {
     fitted_chain_t beside;
     chain_for_operator(&diagnosis.given, &chain);
     TEST_ASSERT_TRUE(fitted_chain_open(&beside, &question->samples, &chain, NULL));
-    rivals_of(&beside, &question->setting, finding->block, false, rivals);
+    rivals_of(&beside, &question->setting, finding->block, NULL, rivals);
     fitted_chain_close(&beside);
     model_free(&chain);
 }
