@@ -17,8 +17,8 @@ typedef struct {
     double *left, *open;
 } held_out_t;
 
-/* Held-out samples that the fitted ones determine; the others' left is 0 from here on. Outliers count as on the edge of
- * the noise, as the fitted ones do. */
+/* Held-out samples that the fitted ones determine; the others' left is 0 from here on. What is masked is neither.
+ * Outliers count as on the edge of the noise, as the fitted ones do. */
 static void judge_held_out(const held_out_t *room, shape_t *shape) {
     const hysteresis_t *h = &room->fitted->hysteresis;
     const double variance = h->evidence.variance;
@@ -29,7 +29,7 @@ static void judge_held_out(const held_out_t *room, shape_t *shape) {
         size_t count = 0;
         const size_t end = room->fitted->samples->begin[i + 1];
         for (size_t k = room->fitted->samples->begin[i]; k < end; k++) {
-            if (room->fitted->use[k] != 0) {
+            if (room->fitted->samples->part[k] != SAMPLE_HELD_OUT) {
                 continue;
             }
             held++;
