@@ -143,8 +143,8 @@ static bool find_and_account(const model_t *given, recording_t *recordings, size
     return good;
 }
 
-/* How likely the readings are, beside the operator and all that was found. Readings that are left
- * out when a fault is undone count as the others do in the mean. */
+/* How likely the readings are, beside the operator and all that was found. Readings that are left out when a fault is
+ * undone count as the others do in the mean. */
 static double likelihood_of_answer(const answer_t *answer, const recording_t *recordings, const recording_t *all,
                                    size_t count) {
     double here = 0.0, there = 0.0;
@@ -153,6 +153,22 @@ static double likelihood_of_answer(const answer_t *answer, const recording_t *re
         there += (double)readings_that_count(&all[i]);
     }
     return answer->shape_after.fitted ? answer->shape_after.log_evidence * there / here : -HUGE_VAL;
+}
+
+/* Puts what was diagnosed of the others in the place of what was diagnosed of these, with all that belongs to it. */
+static void exchange(recording_t *recordings, recording_t *others, size_t count, diagnosis_run_t *run,
+                     diagnosis_run_t *other) {
+    const answer_t answer = run->answer;
+    const account_t account = run->account;
+    for (size_t i = 0; i < count; i++) {
+        const recording_t recording = recordings[i];
+        recordings[i] = others[i];
+        others[i] = recording;
+    }
+    run->answer = other->answer;
+    run->account = other->account;
+    other->answer = answer;
+    other->account = account;
 }
 
 /*
@@ -169,32 +185,27 @@ static bool find_beside_suspected(const model_t *given, recording_t *recordings,
     }
     faults_undo_suspected(recordings, run->looks, &run->faults);
     diagnosis_run_t other = *run;
-    bool good = find_and_account(given, recordings, count, run, failure);
-    if (good && find_and_account(given, as_they_are, count, &other, failure)) {
-        if (!(likelihood_of_answer(&run->answer, recordings, as_they_are, count) >
-              likelihood_of_answer(&other.answer, as_they_are, as_they_are, count) + threshold.evidence_margin)) {
-            for (size_t i = 0; i < count; i++) {
-                const recording_t undone = recordings[i];
-                recordings[i] = as_they_are[i];
-                as_they_are[i] = undone;
-            }
-            const answer_t answer = run->answer;
-            const account_t account = run->account;
-            run->answer = other.answer;
-            run->account = other.account;
-            other.answer = answer;
-            other.account = account;
+    const bool one = find_and_account(given, recordings, count, run, failure);
+    const bool both = one && find_and_account(given, as_they_are, count, &other, failure);
+    if (both) {
+        const double undone = likelihood_of_answer(&run->answer, recordings, as_they_are, count);
+        const double plain = likelihood_of_answer(&other.answer, as_they_are, as_they_are, count);
+        if (!(undone > plain + threshold.evidence_margin)) {
+            exchange(recordings, as_they_are, count, run, &other);
             faults_withdraw_suspected(&run->faults);
         }
         account_free(&other.account);
         answer_free(&other.answer);
+    } else if (one) {
+        account_free(&run->account);
+        answer_free(&run->answer);
     }
     for (size_t i = 0; i < count; i++) {
         as_they_are[i].whole = NULL;
         recording_free(&as_they_are[i]);
     }
     free(as_they_are);
-    return good;
+    return both;
 }
 
 bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, size_t most_samples,
