@@ -87,8 +87,8 @@ static bool is_in_question(const block_t *suspect, const block_t *block, const r
 
 /* Fitted together with the weights: drops rivals of other groups that are worth less than the block, and adds those of
  * its group that are worth as much. Refined beside weights that did without the block, these may have gone astray. The
- * block itself begins with the numbers that were found.
- * Within a group a block may be worth less only because its form is too narrow. */
+ * block itself begins with the numbers that were found. Within a group a block may be worth less only because its form
+ * is too narrow. */
 static void weigh_fitted(fitted_chain_t *fitted, const probe_setting_t *setting, const suspects_t *suspects,
                          const model_block_t *found, rivals_t *rivals) {
     const block_t *block = found->block;
