@@ -440,7 +440,7 @@ bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, cons
     run_t run = {.mode = HYST_MODE_DIRECT,
                  .condition = probe->condition,
                  .start = plan->start_v,
-                 .rest_s = probe->rest_s,
+                 .rest_s = probe->rest * plan->samples / limits.sample_rate_hz,
                  .decimation = (int64_t)limits.decimation,
                  .frames = ((int64_t)plan->samples - (int64_t)limits.lead - 1) / (int64_t)limits.decimation + 1};
     probe_plan_describe(plan, run.text, sizeof run.text);

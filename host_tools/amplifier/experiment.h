@@ -46,7 +46,9 @@ typedef struct {
     unsigned parts;      /**< PROBE_ bits */
     double slew_v_per_s; /**< steepest line */
     bool condition;      /**< sweep the whole drive range first */
-    double rest_s;       /**< then rest at the start, so that creep from before decays */
+    /** Then rest at the start, so many times as long as the probe takes: what creeps from before is in the recording.
+     */
+    double rest;
 } experiment_probe_t;
 
 /**

@@ -114,7 +114,9 @@ const command_t command_record = {
         "bursts and\n"
         "small loops that the block needs, over the whole drive range of the image. It is one recording without a gap, "
         "read\n"
-        "while it is played, at the rate that --baud allows. A name that is no block lists the blocks there are.",
+        "while it is played, at the rate that --baud allows. Before it the drive rests for as "
+        "long.\n"
+        "A name that is no block lists the blocks there are.",
     .run = run,
     .files = FILE_RECORDING,
     .examples = "# A major loop with minor loops, for `hyst fit`; the first time with the ranges of the converters\n"

@@ -8,8 +8,9 @@
 
 /* The whole drive range in 20 ms: fast enough for electronics to show, gentle for most high-voltage amplifiers. */
 static const double ranges_per_s = 50.0;
-/* A fifth of the longest probe, because creep is linear in the logarithm of time. */
-static const double probe_rest_s = 5.0;
+/* As long as the probe: creep is linear in the logarithm of time. After a fourth of it the conditioning went on in a
+ * probe for creep, and every second diagnosis took that for a hysteresis of another shape; after half of it, none. */
+static const double probe_rest = 1.0;
 
 static bool given(const double range[2]) {
     return range[0] < range[1];
@@ -137,7 +138,7 @@ bool record_run(device_t *device, const record_options_t *options, const record_
                 recording_t *recording, bool *usage, failure_t *failure) {
     run_t run = {
         .experiment = {.mode = HYST_MODE_DIRECT, .condition = !options->no_condition, .frames = options->frames},
-        .probe = {.condition = !options->no_condition, .rest_s = probe_rest_s},
+        .probe = {.condition = !options->no_condition, .rest = probe_rest},
         .listener = listener,
         .recording = recording};
     hyst_parameters_t *image = &run.image;

@@ -60,7 +60,7 @@ void tearDown(void) {
 static experiment_probe_t probe_of(const char *name) {
     const unsigned parts = probe_parts(name, &failure);
     TEST_ASSERT_GREATER_THAN_UINT_MESSAGE(0, parts, failure.text);
-    return (experiment_probe_t){.parts = parts, .slew_v_per_s = 50.0 * 85.0, .condition = true, .rest_s = 0.2};
+    return (experiment_probe_t){.parts = parts, .slew_v_per_s = 50.0 * 85.0, .condition = true, .rest = 0.01};
 }
 
 /* Level of sample n = 1, 2 .. of the corners. */
@@ -200,7 +200,7 @@ static void test_what_was_recorded_for_creep_names_creep(void) {
     TEST_ASSERT_NOT_NULL_MESSAGE(twin, failure.text);
     start(twin, 0);
     experiment_probe_t probe = probe_of("creep");
-    probe.rest_s = 5.0;
+    probe.rest = 1.0; /* as `hyst record` */
     must(experiment_run_probe(device, &image, &probe, &r, &events, &failure));
     make_bank_model(&baseline, r.sample_rate_hz, 1.0, 5, weights, thresholds_v);
     answer_t diagnosis;
