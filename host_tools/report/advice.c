@@ -36,16 +36,16 @@ void advice_on_verdict(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
                           "would have shown, and which not.");
         return;
     case EXPLAINED:
+    case PARTLY_EXPLAINED:
         if (answer_has_heard(answer) && answer->held_out_percent >= answer->baseline_held_out_percent) {
             text_append(text, "Trust the numbers of what was found, and not the model's error: its hysteresis has "
                               "another shape, and is no better beside it.");
-            return;
+        } else {
+            use_the_better(answer, text);
         }
-        use_the_better(answer, text);
-        return;
-    case PARTLY_EXPLAINED:
-        use_the_better(answer, text);
-        text_append(text, " Something else is there, too.");
+        if (answer->verdict == PARTLY_EXPLAINED) {
+            text_append(text, " Something else is there, too.");
+        }
         return;
     default:
         text_append(text, "Do not trust these names or numbers. See where it is, and check the set-up.");

@@ -289,6 +289,13 @@ void verdict_sentence(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
         if (answer->verdict == EXPLAINED && answer->another_shape) {
             append_shape(answer, "remains", text);
         }
+        if (answer->verdict == PARTLY_EXPLAINED && answer->another_shape &&
+            answer->shape_after.operator_percent < answer->held_out_percent) {
+            text_append(text,
+                        " A part of it is the shape of the loops: an operator that imitates a hysteresis of any shape "
+                        "leaves %.3g %% of samples that no fit saw, the model %.3g %%.",
+                        answer->shape_after.operator_percent, answer->held_out_percent);
+        }
     }
     append_seen(answer, text);
     append_terms(answer, text);

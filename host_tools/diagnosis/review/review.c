@@ -295,22 +295,29 @@ bool review_end(state_t *state) {
     good = good && (!dropped || measure_again(state));
     /* A curve that only comes near, and an operator, may together explain what is neither. What no finding is left for
      * stays unknown where a block that is no curve speaks beside the operator. */
-    const bool near_curve = answer->verdict == UNKNOWN_PHYSICS && found_a_curve(answer);
-    if (good && answer->shape_after.whole && !near_curve &&
+    const bool near = answer->verdict == UNKNOWN_PHYSICS;
+    if (good && answer->shape_after.whole && !(near && found_a_curve(answer)) &&
         (is_only_shape(answer) || is_bent_shape(answer) || answer->findings > 0)) {
+        /* Of what only comes near, the operator has to leave no more than noise that was found otherwise. */
+        const bool partly =
+            near && answer->findings > 0 &&
+            !shape_within_noise(&answer->shape_after, &question->samples, question->step_um, question->noise.rms_um);
         answer->another_shape = leaves_a_shape(answer, &answer->shape_after);
         for (size_t f = 0; f < answer->findings; f++) {
             finding_t *finding = &answer->finding[f];
             const bool may_be_bend = finding->shape && (answer->another_shape || question->shape.whole ||
                                                         shape_without(state, finding).whole);
             finding->certainty = finding->settled;
+            if (partly && !finding->in_readings) {
+                finding_at_most(finding, ISOLATED);
+            }
             if (may_be_bend) {
                 finding_at_most(finding, ISOLATED);
                 add_bends(answer, finding);
             }
         }
         answer->remainder.structured = false;
-        answer->verdict = answer->findings == 0 ? NOTHING_MISSING : EXPLAINED;
+        answer->verdict = answer->findings == 0 ? NOTHING_MISSING : partly ? PARTLY_EXPLAINED : EXPLAINED;
     } else if (good && dropped && answer->findings == 0) {
         answer->verdict = UNKNOWN_PHYSICS;
     }
