@@ -79,11 +79,6 @@ static bool align_held(recording_t *recording, double after_s) {
     return true;
 }
 
-static bool is_held(const recording_t *recording) {
-    const char *between = recording_key(recording, "drive_between_samples");
-    return between != NULL && strcmp(between, "held") == 0;
-}
-
 /* Header key drive_step_s. */
 static bool take_steps(recording_t *recording, failure_t *failure) {
     const char *text = recording_key(recording, "drive_step_s");
@@ -104,11 +99,14 @@ static bool take_steps(recording_t *recording, failure_t *failure) {
 bool recording_align(recording_t *recording, failure_t *failure) {
     double after_s;
     char text[40];
-    if (!recording_sampled_after(recording, &after_s, failure) || !take_steps(recording, failure)) {
+    const char *between;
+    if (!recording_drive_between(recording, &between, failure) ||
+        !recording_sampled_after(recording, &after_s, failure) || !take_steps(recording, failure)) {
         return false;
     }
+    const bool held = between != NULL && strcmp(between, "held") == 0;
     if (after_s == 0.0) {
-        recording->held = is_held(recording);
+        recording->held = held;
         return true;
     }
     const double shift = after_s * recording->sample_rate_hz;
@@ -118,7 +116,7 @@ bool recording_align(recording_t *recording, failure_t *failure) {
                     "samples at %g Hz",
                     recording->name, after_s, recording->samples, recording->sample_rate_hz);
     }
-    if (is_held(recording)) {
+    if (held) {
         return align_held(recording, after_s);
     }
     const double whole = fabs(shift - round(shift)) < whole_within ? round(shift) : ceil(shift);

@@ -58,9 +58,22 @@ static bool set_ranges(compile_job_t *job) {
     return true;
 }
 
+/* So slow that masses, damping and thresholds that grow with the rate count for nothing, unless the model holds at one
+ * sample rate. */
+static double slow_rate_hz(const model_t *hysteresis, double rate_hz) {
+    const double slower = 1e-9;
+    for (size_t i = 0; i < hysteresis->blocks; i++) {
+        const model_block_t *block = &hysteresis->block[i];
+        if (block->block->one_sample_rate != NULL && block->block->one_sample_rate(block->parameter)) {
+            return rate_hz;
+        }
+    }
+    return slower * rate_hz;
+}
+
 /*
- * Fits a straight line to the major loop of the hysteresis and what modifies it, once around after a first loop that
- * settles it, evenly in the drive, and inverts it.
+ * Fits a straight line to the major loop of the hysteresis and what modifies it, slowly once around after a first loop
+ * that settles it, evenly in the drive, and inverts it.
  */
 static bool set_linear(compile_job_t *job) {
     enum { POINTS = 2000 };
@@ -69,7 +82,7 @@ static bool set_linear(compile_job_t *job) {
     model_t model;
     chain_t *chain;
     model_copy_place(&model, job->model, PLACE_HYSTERESIS);
-    chain = chain_open(&model, job->rate_hz, 0, job->failure);
+    chain = chain_open(&model, slow_rate_hz(&model, job->rate_hz), 0, job->failure);
     model_free(&model);
     if (chain == NULL) {
         return false;

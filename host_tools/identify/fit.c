@@ -4,6 +4,7 @@
 #include "chain/chain.h"
 #include "chain/fit_ranges.h"
 #include "identify/fit_errors.h"
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,6 +31,41 @@ static bool changes(const double *values, size_t count) {
     return k < count;
 }
 
+/* Whether the displacement falls where the drive rises: a wrong sign somewhere, which no hysteresis can represent. */
+static bool falls(const recording_t *recording, size_t samples) {
+    const double *drive = recording->column[COLUMN_DRIVE], *displacement = recording->column[COLUMN_DISPLACEMENT];
+    return gsl_stats_covariance(drive, 1, displacement, 1, samples) < 0.0;
+}
+
+/* How often the drive goes through its range in a second, there or back. */
+static double passes_per_s(const recording_t *recording, size_t samples) {
+    const double *drive = recording->column[COLUMN_DRIVE];
+    double way = 0.0, range[2];
+    values_range(drive, samples, range);
+    for (size_t k = 1; k < samples; k++) {
+        way += fabs(drive[k] - drive[k - 1]);
+    }
+    return way / (range[1] - range[0]) * recording->sample_rate_hz / (double)samples;
+}
+
+/* Of the slowest: faster ones may be beyond the mechanics' first mode, where the position goes against the drive. */
+static bool check_sign(const job_t *job) {
+    double slowest = HUGE_VAL;
+    size_t slow = 0;
+    for (size_t i = 0; i < job->count; i++) {
+        const double passes = passes_per_s(&job->recordings[i], job->train_to[i]);
+        if (passes < slowest) {
+            slowest = passes;
+            slow = i;
+        }
+    }
+    return !falls(&job->recordings[slow], job->train_to[slow]) ||
+           fail(job->failure,
+                "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit, or "
+                "record a slower drive, too",
+                job->recordings[slow].name);
+}
+
 /* Checks the recordings and splits them into training and held-out parts. */
 static bool prepare(job_t *job) {
     for (size_t i = 0; i < job->count; i++) {
@@ -53,7 +89,7 @@ static bool prepare(job_t *job) {
         job->train_to[i] = cut;
         job->report->recording[i].held_out_s = recording->start_s + (double)cut / recording->sample_rate_hz;
     }
-    return true;
+    return check_sign(job);
 }
 
 /* Fits a family to the samples before train_to. */

@@ -84,7 +84,8 @@ HYST_HOST void hyst_host_recording_set_start_s(hyst_host_recording_t *recording,
 HYST_HOST const char *hyst_host_recording_name(const hyst_host_recording_t *recording);
 /** How the columns of another format were understood, some lines; "" for the project's own. */
 HYST_HOST const char *hyst_host_recording_understood(const hyst_host_recording_t *recording);
-/** The header's keys as a JSON object of texts; and one more of them. */
+/** The header's keys as a JSON object of texts; and one more of them, which is none of sample_rate_hz, drive_unit and
+ * the like. */
 HYST_HOST char *hyst_host_recording_keys(const hyst_host_recording_t *recording);
 HYST_HOST int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *key, const char *value);
 /** The columns of the file of origin that are none of the above, as a JSON array: "name", "long_name" (as that file has

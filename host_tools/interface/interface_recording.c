@@ -204,6 +204,13 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
         return fail(interface_failure(), "header key '%s': a key and its value are one line, with no colon in the key",
                     key);
     }
+    if (recording_is_unit_key(key)) {
+        return fail(
+            interface_failure(),
+            "header key '%s' says what the numbers of a file are: here they are in V, um, A or degC, at the sample "
+            "rate that was given",
+            key);
+    }
     recording_set_key(&recording->recording, key, value);
     return 1;
 }

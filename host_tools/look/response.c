@@ -329,11 +329,12 @@ typedef struct {
 static void add_line(const recording_t *recording, const drive_look_t *drive, size_t line, size_t passes,
                      band_t *band) {
     const double *u = recording->column[COLUMN_DRIVE], *y = recording->column[COLUMN_DISPLACEMENT];
+    const size_t skipped = drive_unsettled_passes(drive);
     double complex mean_u = 0.0, mean_y = 0.0;
     double scatter = 0.0;
     double complex *each = allocate(passes, sizeof *each);
     for (size_t p = 0; p < passes; p++) {
-        const double from = (double)drive->repeat.from + (double)p * drive->period;
+        const double from = (double)drive->repeat.from + (double)(skipped + p) * drive->period;
         mean_u += pass_line(u, from, drive->period, line) / (double)passes;
         each[p] = pass_line(y, from, drive->period, line);
         mean_y += each[p] / (double)passes;
@@ -354,7 +355,7 @@ static void add_line(const recording_t *recording, const drive_look_t *drive, si
 static void by_periods(const recording_t *recording, const drive_look_t *drive, response_t *response) {
     const double period = drive->period;
     const size_t most = (size_t)fmin(MOST_LINES, highest_part_of_nyquist * 0.5 * period);
-    const size_t passes = drive_periods(drive), used = passes < 64 ? passes : 64;
+    const size_t passes = drive_periods(drive) - drive_unsettled_passes(drive), used = passes < 64 ? passes : 64;
     const bool tone = drive->harmonics < threshold.one_tone;
     double *power = allocate(most + 1, sizeof *power), largest = 0.0;
     size_t strongest = 1;

@@ -116,6 +116,12 @@ const char *recording_key(const recording_t *recording, const char *key);
 /** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
 
+/** Whether a header key says what the numbers of the file are, as sample_rate_hz and drive_unit do: recordings in
+ * memory have them in the project's own units, and no such key. */
+bool recording_is_unit_key(const char *key);
+/** What the drive does between samples: header key drive_between_samples. NULL without it. */
+bool recording_drive_between(const recording_t *recording, const char **between, failure_t *failure);
+
 /** The drive before the recording: header key drive_before_v, its turning points in V, the oldest first ("0, 100, 0").
  * From the last one the drive went to the first of the recording. *points is how many, 0 without the key. Fails unless
  * they are at most RECORDING_MOST_BEFORE finite numbers. */

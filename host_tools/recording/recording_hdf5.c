@@ -184,7 +184,7 @@ static bool get_number(hid_t file, const char *name, double *number) {
 static herr_t get_key(hid_t file, const char *name, const H5A_info_t *info, void *context) {
     char text[MOST_KEY + 1];
     (void)info;
-    if (!is_reserved(name)) {
+    if (!is_reserved(name) && !recording_is_unit_key(name)) {
         const hid_t attribute = H5Aopen(file, name, H5P_DEFAULT);
         if (attribute >= 0) {
             if (get_text(attribute, text)) {

@@ -35,7 +35,8 @@ typedef struct {
     int meaning[MOST_FILE_COLUMNS]; /* a column_t, TIME_COLUMN or FURTHER_COLUMN */
     further_t further[MOST_FILE_COLUMNS];
     double scale[COLUMN_COUNT]; /* what the file's numbers are multiplied by, where it states another unit */
-    double time[2];             /* of the previous and the present sample */
+    bool has_unit[COLUMN_COUNT];
+    double time[2]; /* of the previous and the present sample */
     size_t capacity;
     recording_t *recording;
     failure_t *failure;
@@ -120,12 +121,30 @@ static bool parse_number(const char *text, double *number) {
 /* A unit of the same quantity as the column's own: its numbers are converted. */
 static bool read_unit(reader_t *reader, column_t c, const char *key, const char *value) {
     double own, scale;
+    if (reader->has_unit[c]) {
+        return fail(reader->failure, "%s:%lu: second %s", reader->path, reader->line, key);
+    }
+    reader->has_unit[c] = true;
     if (unit_of(value, &scale) != unit_of(column_unit(c), &own)) {
         return fail(reader->failure, "%s:%lu: %s is '%s': right is %s, or a multiple of it", reader->path, reader->line,
                     key, value, column_unit(c));
     }
     reader->scale[c] = scale / own;
     return true;
+}
+
+/* The column whose unit a header key states, with this ending; COLUMN_COUNT: none. */
+static column_t column_of_unit(const char *key, const char *ending) {
+    column_t c = COLUMN_DRIVE;
+    for (bool is = false; c < COLUMN_COUNT && !is; c += is ? 0 : 1) {
+        const size_t length = strlen(column_name(c));
+        is = strncmp(key, column_name(c), length) == 0 && strcmp(key + length, ending) == 0;
+    }
+    return c;
+}
+
+bool recording_is_unit_key(const char *key) {
+    return strcmp(key, "sample_rate_hz") == 0 || column_of_unit(key, "_unit") != COLUMN_COUNT;
 }
 
 static bool read_header(reader_t *reader) {
@@ -151,12 +170,13 @@ static bool read_header(reader_t *reader) {
         }
         return true;
     }
-    for (column_t c = COLUMN_DRIVE; c < COLUMN_COUNT; c++) {
-        const char *const name = column_name(c);
-        const size_t length = strlen(name);
-        if (strncmp(key, name, length) == 0 && strcmp(key + length, "_unit") == 0) {
-            return read_unit(reader, c, key, value);
-        }
+    const column_t column = column_of_unit(key, "_unit"), meant = column_of_unit(key, "_units");
+    if (column != COLUMN_COUNT) {
+        return read_unit(reader, column, key, value);
+    }
+    if (meant != COLUMN_COUNT) {
+        return fail(reader->failure, "%s:%lu: %s is no header key: %s_unit is", reader->path, reader->line, key,
+                    column_name(meant));
     }
     recording_set_key(recording, key, value);
     return true;
@@ -497,6 +517,14 @@ void recording_take_keys(recording_t *recording, const char *path) {
         }
         recording_free(&own);
     }
+}
+
+bool recording_drive_between(const recording_t *recording, const char **between, failure_t *failure) {
+    *between = recording_key(recording, "drive_between_samples");
+    return *between == NULL || strcmp(*between, "held") == 0 || strcmp(*between, "line") == 0 ||
+           strcmp(*between, "smooth") == 0 ||
+           fail(failure, "%s: header key drive_between_samples is '%s', not held, line or smooth", recording->name,
+                *between);
 }
 
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure) {

@@ -150,7 +150,25 @@ static void curves_free(curves_t *c) {
     free(c->coherence);
 }
 
+/* A sine's. */
+static void write_one(FILE *file, const bode_t *bode) {
+    const response_point_t *p = &bode->measured.point[0], *m = model_at(bode, p->frequency_hz);
+    fprintf(file,
+            "<p>At %.6g&nbsp;Hz the gain is %.5g&nbsp;&plusmn;&nbsp;%.2g&nbsp;µm/V and the phase "
+            "%.2f&nbsp;&plusmn;&nbsp;%.2g degrees, with a coherence of %.4f",
+            p->frequency_hz, p->gain_um_per_v, p->gain_sigma, degrees * p->phase_rad, degrees * p->phase_sigma,
+            p->coherence);
+    if (m != NULL) {
+        fprintf(file, "; of the model %.5g&nbsp;µm/V and %.2f degrees", m->gain_um_per_v, degrees * m->phase_rad);
+    }
+    fprintf(file, ".</p>\n");
+}
+
 void bode_write_figures(FILE *file, const bode_t *bode) {
+    if (bode->measured.count == 1) {
+        write_one(file, bode);
+        return;
+    }
     curves_t measured = curves_of(&bode->measured), model = curves_of(&bode->model);
     if (measured.count >= 2) {
         const size_t lines = bode->has_model && model.count > 0 ? 2 : 1;
@@ -184,9 +202,9 @@ bool bode_write_page(const bode_t *bode, bool small, const char *path, failure_t
     const response_point_t *peak = response_peak(&bode->measured);
     fprintf(page.file, "<p class=\"verdict\">");
     write_escaped(page.file, bode->recording);
-    fprintf(page.file, ": drive to position, %zu frequencies%s.", bode->measured.count,
-            small ? ", for small signals" : "");
-    if (peak != NULL) {
+    fprintf(page.file, ": drive to position, %zu %s%s.", bode->measured.count,
+            bode->measured.count == 1 ? "frequency" : "frequencies", small ? ", for small signals" : "");
+    if (peak != NULL && bode->measured.count > 1) {
         fprintf(page.file, " The gain is largest at %.4g&nbsp;Hz.", peak->frequency_hz);
     }
     fprintf(page.file, "</p>\n");

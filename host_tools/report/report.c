@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/report.h"
 #include "base/json_input.h"
+#include <gsl/gsl_math.h>
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,6 +26,28 @@ static bool read_track(recording_t *recording, const char *path, failure_t *fail
 static error_measure_t tracking_error(const recording_t *recording) {
     return measure_error(recording->column[COLUMN_REFERENCE], recording->column[COLUMN_DISPLACEMENT],
                          recording->samples);
+}
+
+/* What a reference does, wherever in it a recording begins: its rms about its mean, and that of its rate. */
+static void motion_of(const recording_t *recording, double *rms_um, double *rate_um_per_s) {
+    const double *reference = recording->column[COLUMN_REFERENCE];
+    double squares = 0.0;
+    for (size_t k = 1; k < recording->samples; k++) {
+        squares += gsl_pow_2((reference[k] - reference[k - 1]) * recording->sample_rate_hz);
+    }
+    *rms_um = gsl_stats_sd(reference, 1, recording->samples);
+    *rate_um_per_s = sqrt(squares / (double)(recording->samples - 1));
+}
+
+/* References as far apart as this, as a part, are not the same one: a sine's rms is 1.22 times a triangle's. */
+static const double same_within = 0.1;
+
+static bool same_reference(const report_track_t *track) {
+    double rms_um[2], rate_um_per_s[2];
+    motion_of(&track->before, &rms_um[0], &rate_um_per_s[0]);
+    motion_of(&track->after, &rms_um[1], &rate_um_per_s[1]);
+    return fabs(rms_um[1] - rms_um[0]) <= same_within * rms_um[0] &&
+           fabs(rate_um_per_s[1] - rate_um_per_s[0]) <= same_within * rate_um_per_s[0];
 }
 
 bool report_track_read(report_track_t *track, const char *name, const char *before, const char *after,
@@ -52,6 +76,10 @@ bool report_track_read(report_track_t *track, const char *name, const char *befo
     if (!isfinite(track->error_before.nrmse_percent)) {
         report_track_free(track);
         return fail(failure, "%s: the reference does not move", before);
+    }
+    if (!same_reference(track)) {
+        report_track_free(track);
+        return fail(failure, "%s and %s: their references are not the same motion: nothing to compare", before, after);
     }
     if (!(track->error_after.rms_um > 0.0)) {
         report_track_free(track);

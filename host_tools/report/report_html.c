@@ -208,6 +208,22 @@ static double fit_time(const model_t *model, const char *key) {
     return json_array_size(recordings) == 1 && json_is_number(time_s) ? json_number_value(time_s) : (double)NAN;
 }
 
+static const char *without_folder(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash == NULL ? path : slash + 1;
+}
+
+/* By its name. A fit that names none, as of a model written by hand, may be to any. */
+static bool is_fitted_to(const model_t *model, const recording_t *recording) {
+    const json_t *recordings = json_object_get(model->fit, "recordings");
+    bool is = json_array_size(recordings) == 0;
+    for (size_t i = 0; i < json_array_size(recordings); i++) {
+        const char *name = json_string_value(json_object_get(json_array_get(recordings, i), "name"));
+        is = is || (name != NULL && strcmp(without_folder(name), without_folder(recording->name)) == 0);
+    }
+    return is;
+}
+
 static bool write_model(FILE *file, const report_t *report, failure_t *failure) {
     const recording_t *recording = report->recording;
     double *position_um = allocate(recording->samples, sizeof *position_um);
@@ -223,7 +239,8 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
         error_um[k] = position_um[k] - measured_um[k];
     }
     /* Before that time the difference is due to the unknown past of the recording. */
-    const double determined_s = fit_time(report->model, "memory_determined_from_s");
+    const bool fitted = is_fitted_to(report->model, recording);
+    const double determined_s = fitted ? fit_time(report->model, "memory_determined_from_s") : (double)NAN;
     size_t from = 0;
     while (from + 2 < recording->samples && time_s[from] < determined_s) {
         from++;
@@ -233,11 +250,12 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
         {"after", "model", drive_v + from, position_um + from, recording->samples - from}};
     const plot_line_t error = {"plain", "model − recorded", time_s + from, error_um + from, recording->samples - from};
     const double held_out_s = fit_time(report->model, "held_out_from_s");
-    const bool held_out = !json_is_true(json_object_get(report->model->fit, "fitted_to_all")) && isfinite(held_out_s);
+    const bool held_out =
+        fitted && !json_is_true(json_object_get(report->model->fit, "fitted_to_all")) && isfinite(held_out_s);
 
-    fprintf(file, "<h2>The model and its recording</h2>\n<p>Recording: ");
-    const char *slash = strrchr(recording->name, '/');
-    write_escaped(file, slash == NULL ? recording->name : slash + 1);
+    fprintf(file, "<h2>The model and %s</h2>\n<p>Recording: ",
+            fitted ? "its recording" : "a recording that it was not fitted to");
+    write_escaped(file, without_folder(recording->name));
     for (size_t i = 0; i < recording->keys; i++) {
         fprintf(file, "; ");
         write_escaped(file, recording->key[i].key);
@@ -249,8 +267,14 @@ static bool write_model(FILE *file, const report_t *report, failure_t *failure) 
         fprintf(file, "%s %s", i > 0 ? "," : "", report->model->block[i].block->name);
     }
     fprintf(file, ". ");
-    write_number(file, report->model->fit, "held_out_nrmse_percent", "Error on the part that was held out of the fit:");
-    write_number(file, report->model->fit, "nrmse_percent", "On the fitted part:");
+    if (fitted) {
+        write_number(file, report->model->fit, "held_out_nrmse_percent",
+                     "Error on the part that was held out of the fit:");
+        write_number(file, report->model->fit, "nrmse_percent", "On the fitted part:");
+    } else {
+        fprintf(file, "Error: %.3f&nbsp;%%. ",
+                measure_error(measured_um, position_um, recording->samples).nrmse_percent);
+    }
     fprintf(file, "</p>\n<div class=\"row\">\n");
     plot_write(file, &(plot_t){"Recorded and modelled", "drive, V", "position, µm", loop, 2, PLOT_NO_SHADE});
     plot_write(file, &(plot_t){held_out ? "Model − recorded (shaded: held out of the fit)" : "Model − recorded",

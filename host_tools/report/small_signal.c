@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PERIOD = 4096 /* samples */, PASSES = 3, SINES = 40 };
+enum { PERIOD = 4096 /* samples */, PASSES = 2, SINES = 40 };
 static const double highest = 0.4, usual_part = 0.01, usual_v = 1.0;
 
 small_signal_t small_signal_unset(void) {
@@ -70,7 +70,8 @@ bool small_signal(const model_t *model, const char *name, const small_signal_t *
     if (known && !inside_range(name, bias, amplitude, low, high, failure)) {
         return false;
     }
-    recording_create(recording, name, rate, (size_t)PERIOD * PASSES);
+    /* A pass before them: until a hysteresis has been at both ends it is on its way there. */
+    recording_create(recording, name, rate, (size_t)PERIOD * (1 + PASSES));
     make_period(period);
     for (size_t k = 0; k < recording->samples; k++) {
         recording->column[COLUMN_DRIVE][k] = bias + amplitude * period[k % PERIOD];
@@ -79,5 +80,6 @@ bool small_signal(const model_t *model, const char *name, const small_signal_t *
         recording_free(recording);
         return false;
     }
+    recording_keep(recording, PERIOD, (size_t)PERIOD * PASSES);
     return true;
 }

@@ -259,7 +259,18 @@ expect 1 'rate.csv:6: wrong rate' fit rate.csv
 : >empty.csv
 expect 1 'empty.csv: empty file' fit empty.csv
 awk -F, '/^[0-9]/ { print $1 "," $2 "," (-$3); next } { print }' good.csv >falling.csv
-expect 1 'falling.csv: the displacement falls where the drive rises' fit falling.csv
+for family in prandtl_ishlinskii bouc_wen inertial_hysteresis stop_density all; do
+    expect 1 'falling.csv: the displacement falls where the drive rises' fit falling.csv --family "$family"
+done
+sed '1i # drive_between_samples: hold' good.csv >between.csv
+for command in 'look' 'fit' 'simulate model.json' 'diagnose' 'bode'; do
+    # shellcheck disable=SC2086
+    expect 1 "between.csv: header key drive_between_samples is 'hold', not held, line or smooth" $command between.csv
+done
+sed '1i # drive_unit: mV' good.csv >units.csv
+expect 1 'units.csv:3: second drive_unit' fit units.csv
+sed 's/^# drive_unit:/# drive_units:/' good.csv >units.csv
+expect 1 'units.csv:2: drive_units is no header key: drive_unit is' fit units.csv
 head -n 20 good.csv >short.csv
 expect 1 'no family fits: short.csv: 16 samples are too few' fit short.csv --family all
 cp "$hyst" binary.csv

@@ -33,33 +33,8 @@ static const double rate_threshold_part = 0.8;
 /* An amplifier's drive range is the recorded one, widened by 5 % (compile.h). */
 static const double widened = 1.05;
 
-/* Whether the displacement falls when the drive rises: a wrong sign somewhere, which no play bank can represent. */
-static bool falls(const recording_t *recording, size_t samples) {
-    double drive = 0.0, displacement = 0.0, covariance = 0.0;
-    for (size_t k = 0; k < samples; k++) {
-        drive += recording->column[COLUMN_DRIVE][k] / (double)samples;
-        displacement += recording->column[COLUMN_DISPLACEMENT][k] / (double)samples;
-    }
-    for (size_t k = 0; k < samples; k++) {
-        covariance +=
-            (recording->column[COLUMN_DRIVE][k] - drive) * (recording->column[COLUMN_DISPLACEMENT][k] - displacement);
-    }
-    return covariance < 0.0;
-}
-
-/* How often the drive goes through its range in a second, there or back. */
-static double passes_per_s(const recording_t *recording, size_t samples, const double range[2]) {
-    const double *drive = recording->column[COLUMN_DRIVE];
-    double way = 0.0;
-    for (size_t k = 1; k < samples; k++) {
-        way += fabs(drive[k] - drive[k - 1]);
-    }
-    return way / (range[1] - range[0]) * recording->sample_rate_hz / (double)samples;
-}
-
 bool bank_prepare(bank_job_t *job) {
-    double slope = HUGE_VAL, slowest = HUGE_VAL;
-    size_t slow = 0;
+    double slope = HUGE_VAL;
     for (size_t i = 0; i < job->job->count; i++) {
         const recording_t *recording = &job->recordings[i];
         const size_t end = job->job->train_to[i];
@@ -67,20 +42,8 @@ bool bank_prepare(bank_job_t *job) {
         job->train[i] = (fit_span_t){.recording = recording, .to = end};
         values_range(recording->column[COLUMN_DRIVE], end, drive);
         values_range(recording->column[COLUMN_DISPLACEMENT], end, displacement);
-        const double passes = passes_per_s(recording, end, drive);
-        if (passes < slowest) {
-            slowest = passes;
-            slow = i;
-        }
         job->half_range_v = fmax(job->half_range_v, 0.5 * (drive[1] - drive[0]));
         slope = fmin(slope, (displacement[1] - displacement[0]) / (drive[1] - drive[0]));
-    }
-    /* Faster ones may be beyond the mechanics' first mode, where the position goes against the drive. */
-    if (falls(&job->recordings[slow], job->job->train_to[slow])) {
-        return fail(job->failure,
-                    "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit, or "
-                    "record a slower drive, too",
-                    job->recordings[slow].name);
     }
     job->linear.least_direct = direct_part * slope;
     return true;

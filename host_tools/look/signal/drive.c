@@ -40,6 +40,10 @@ size_t drive_periods(const drive_look_t *drive) {
     return drive->period > 0.0 ? (size_t)((double)span_length(drive->repeat) / drive->period + 1e-6) : 0;
 }
 
+size_t drive_unsettled_passes(const drive_look_t *drive) {
+    return drive_periods(drive) > 2 ? 1 : 0;
+}
+
 /* Variances of second and third differences in a block, as they would be of white noise. */
 static void block_variances(const double *u, size_t count, double *second, double *third) {
     *second = *third = 0.0;
@@ -287,18 +291,19 @@ static double curve_error(const double *u, size_t samples, double range_v) {
 }
 
 static bool find_between(const recording_t *recording, drive_look_t *drive, failure_t *failure) {
-    const char *key = recording_key(recording, "drive_between_samples");
+    const char *key;
     const double *u = recording->column[COLUMN_DRIVE];
+    if (!recording_drive_between(recording, &key, failure)) {
+        return false;
+    }
     if (key != NULL) {
         for (drive_between_t b = BETWEEN_HELD; b <= BETWEEN_SMOOTH; b++) {
             if (strcmp(key, drive_between_name(b)) == 0) {
                 drive->between = b;
                 drive->between_given = true;
-                return true;
             }
         }
-        return fail(failure, "%s: header key drive_between_samples is '%s', not held, line or smooth", recording->name,
-                    key);
+        return true;
     }
     if (drive->held_samples > 1 || drive->kind == DRIVE_STEPS) {
         drive->between = BETWEEN_HELD;

@@ -29,5 +29,8 @@ const char *drive_between_name(drive_between_t between);
 
 /** Number of whole periods; 0 without any. */
 size_t drive_periods(const drive_look_t *drive);
+/** How many of them, at the beginning, may not have forgotten what was before: one, or none where there are only two.
+ */
+size_t drive_unsettled_passes(const drive_look_t *drive);
 
 #endif

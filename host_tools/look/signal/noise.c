@@ -180,7 +180,8 @@ void noise_look(const recording_t *recording, const drive_look_t *drive, const r
     rests_of(recording, drive, &rests);
     share_of(&rests, recording->sample_rate_hz, &noise->rest);
     if (repetition->count > 0) {
-        add_stretch(&repeats, repetition->difference, repetition->count);
+        const size_t skipped = (size_t)ceil((double)drive_unsettled_passes(drive) * drive->period);
+        add_stretch(&repeats, repetition->difference + skipped, repetition->count - skipped);
         share_of(&repeats, recording->sample_rate_hz, &noise->repeat);
     }
     stretches_free(&rests);

@@ -22,7 +22,7 @@ typedef struct {
 
 typedef struct {
     noise_share_t rest;   /**< rests less their first 0.1 s or third, less a parabola */
-    noise_share_t repeat; /**< later less former pass over sqrt 2, where nothing but noise differs */
+    noise_share_t repeat; /**< later less former pass over sqrt 2; of three and more without the first */
     double digit_um;      /**< last digit of the file; 0: more than nine */
     double step_um;       /**< of the converter (resolution.h); 0: none seen */
 } noise_look_t;

@@ -101,6 +101,32 @@ static void test_mass_and_damping_are_driven_for(void) {
     TEST_ASSERT_TRUE(with[0] < 0.0003);
 }
 
+/* The straight line of a mode that rings at 15 Hz is that of its spring, whatever the loop's rate. */
+static void test_the_straight_line_is_that_of_a_slow_loop(void) {
+    const compile_options_t options = {.drive_range_v = {-40.0, 80.0}, .position_range_um = {-8.0, 16.0}};
+    int32_t still[2] = {0};
+    for (int i = 0; i < 4; i++) {
+        static const double rates_hz[] = {2000.0, 2000.0, 20000.0, 40000.0};
+        model_t model;
+        hyst_parameters_t parameters;
+        compile_report_t report;
+        failure_t failure = {{0}};
+        model_create(&model, rates_hz[i]);
+        model_block_t *block = append_spring(&model, &block_inertial_hysteresis);
+        model_set(block, "damping_v_s_per_um", i == 0 ? 0.0 : 0.025);
+        model_set(block, "mass_v_s2_per_um", i == 0 ? 0.0 : 3.3e-4); /* of 3.0 V/um */
+        TEST_ASSERT_TRUE_MESSAGE(compile_model(&model, &options, &parameters, &report, &failure), failure.text);
+        if (i == 0) {
+            still[0] = parameters.linear_gain;
+            still[1] = parameters.linear_offset;
+        }
+        /* Of the damping 10^-9 V/um are left, beside 3 of the spring: less than a unit, and another of rounding. */
+        TEST_ASSERT_INT32_WITHIN(2, still[0], parameters.linear_gain);
+        TEST_ASSERT_INT32_WITHIN(4, still[1], parameters.linear_offset);
+        model_free(&model);
+    }
+}
+
 /* More than the number format holds: rolled off, and late, but not refused. */
 static void test_a_large_damping_is_rolled_off(void) {
     uint32_t sections;
@@ -176,6 +202,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_stop_form_is_inverted_to_rounding);
     RUN_TEST(test_mass_and_damping_are_driven_for);
+    RUN_TEST(test_the_straight_line_is_that_of_a_slow_loop);
     RUN_TEST(test_a_large_damping_is_rolled_off);
     RUN_TEST(test_play_form_is_undone_as_a_mode_or_two_lags);
     RUN_TEST(test_preload_is_made_up_for);
