@@ -213,9 +213,17 @@ static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst
     return load_breakpoints(device, image, mode, corner, corners, passes, failure);
 }
 
+/* So that what is printed of the lowest frequency is not below it. */
+#define PRINTED 1.00001
+
 /* The amplifier would take a line of no sample for one of one, and play another frequency. */
 static bool check_polygon(const device_t *device, const waveform_t *w, failure_t *failure) {
     breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
+    const double lowest_hz = waveform_lowest_hz(w, device_sample_rate_hz(device));
+    if (w->frequency_hz < lowest_hz) {
+        return fail(failure, "a %s of %g Hz cannot be played at %g samples per second: the lowest frequency is %g Hz",
+                    waveform_name(w->kind), w->frequency_hz, device_sample_rate_hz(device), PRINTED * lowest_hz);
+    }
     const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
     for (size_t i = 0; i < corners; i++) {
         if (corner[i].samples == 0) {

@@ -315,7 +315,12 @@ static void test_what_cannot_be_played_is_refused_before_anything_moves(void) {
         {"the waveform lasts ", {"record", "--waveform", "sine", "-f", "1e-5", "-o", "/dev/null", NULL}},
         {"a staircase of 2000 Hz cannot be played", {"play", "--waveform", "staircase", "-f", "2000", NULL}},
         {" breakpoints, this waveform has 3000", {"play", "--table", "long_table.csv", "--mode", "direct", NULL}},
-        {"row 2: a line of more than 429497 s", {"play", "--table", "slow_table.csv", "--mode", "direct", NULL}}};
+        {"row 2: a line of more than 429497 s", {"play", "--table", "slow_table.csv", "--mode", "direct", NULL}},
+        {"fine_table.csv: row 3: the line to it has no sample, at 10000 samples per second",
+         {"play", "--table", "fine_table.csv", "--mode", "direct", NULL}},
+        {"a triangle of 1e-06 Hz cannot be played at 10000 samples per second: the lowest frequency is 1.16416e-06 Hz",
+         {"play", "--waveform", "triangle", "-f", "1e-6", NULL}},
+        {"the lowest frequency is 9.31332e-08 Hz", {"play", "--waveform", "staircase", "-f", "9e-8", NULL}}};
     FILE *table = fopen("long_table.csv", "w");
     for (int row = 0; row <= 3000; row++) {
         (void)fprintf(table, "%d,%d\n", row, 20 + row % 2);
@@ -323,6 +328,11 @@ static void test_what_cannot_be_played_is_refused_before_anything_moves(void) {
     (void)fclose(table);
     table = fopen("slow_table.csv", "w");
     (void)fputs("0,20\n1000000,30\n2000000,20\n", table);
+    (void)fclose(table);
+    table = fopen("fine_table.csv", "w"); /* 0.7 of a sample each */
+    for (int row = 0; row < 10; row++) {
+        (void)fprintf(table, "%.6f,%d\n", 7e-5 * row, 20 + row % 2);
+    }
     (void)fclose(table);
     simulated_device_line()->loop_stands = true;
     for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
