@@ -242,6 +242,39 @@ static void test_a_recording_that_cannot_be_written_parks(void) {
     expect_parked_by_command();
 }
 
+/* All of it had been read when the last request was lost. */
+static void keeps_what_is_complete(const char *const command[], int column) {
+    recording_t recording;
+    (void)remove("complete.csv");
+    simulated_device_line()->lost_disarms = 3; /* as many as the command tries */
+    start(command);
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(0, simulated_device_line()->lost_disarms, errors);
+    expect_error("hyst: the recording is complete, but the amplifier was not disarmed: no answer from ");
+    expect_error("; the drive is stopped and parked");
+    must(recording_read(&recording, "complete.csv", &failure));
+    TEST_ASSERT_EQUAL_UINT(1000, recording.samples);
+    TEST_ASSERT_NOT_NULL(recording.column[column]);
+    recording_free(&recording);
+    expect_parked_by_command();
+}
+
+static void test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "-f",           "10",
+                                         "-n",     "1",          "-o",   "complete.csv", NULL};
+    static const char *const track[] = {"track", "--waveform", "sine",   "-f", "10",           "-n",
+                                        "1",     "-m",         "linear", "-o", "complete.csv", NULL};
+    static const char *const full[] = {"record", "--waveform", "sine", "-f", "10", "-n", "1", "-o", "/dev/full", NULL};
+    keeps_what_is_complete(record, COLUMN_DRIVE);
+    keeps_what_is_complete(track, COLUMN_REFERENCE);
+    simulated_device_line()->lost_disarms = 3;
+    start(full);
+    (void)end();
+    expect_error("/dev/full: ");
+    expect_parked_by_command();
+}
+
 static void test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself(void) {
     static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
     start(record);
@@ -473,6 +506,7 @@ int main(void) {
     RUN_TEST(test_a_killed_host_leaves_the_amplifier_to_park_by_itself);
     RUN_TEST(test_an_error_parks);
     RUN_TEST(test_a_recording_that_cannot_be_written_parks);
+    RUN_TEST(test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed);
     RUN_TEST(test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself);
     RUN_TEST(test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was);
     RUN_TEST(test_an_amplifier_without_parameters_is_not_driven);
