@@ -133,7 +133,7 @@ static bool span_write(device_t *device, const json_t *settings, int first, int 
                        failure_t *failure) {
     int64_t wanted[REGISTER_COUNT], now[REGISTER_COUNT];
     failure_t unknown;
-    const size_t count = (size_t)(last - first + 1);
+    const size_t count = (size_t)last - (size_t)first + 1;
     if (!device_read_span(device, first, last, now, &unknown)) {
         done->not_there += count;
         return true;
@@ -214,7 +214,7 @@ bool backup_write(device_t *device, const json_t *backup, const char *where, bac
     const char *format = json_string_value(json_object_get(backup, "format"));
     json_t *list = json_object_get(backup, "image");
     json_t *settings = json_object_get(backup, "settings");
-    hyst_parameters_t image;
+    hyst_parameters_t image = {0};
     *done = (backup_done_t){.image = !json_is_null(list)};
     if (format == NULL || strcmp(format, format_name) != 0 || !json_is_object(settings)) {
         return fail(failure, "%s: not a backup of an amplifier (format %s)", where, format_name);
