@@ -80,46 +80,149 @@ static int index_of(const char *name) {
     return info == NULL ? REGISTER_COUNT : (int)(info - register_table);
 }
 
-static bool settings_write(device_t *device, json_t *settings, const char *where, backup_done_t *done,
-                           failure_t *failure) {
+/* The limits that come in pairs, each by its lower one, which the upper one follows: the amplifier takes no lower limit
+ * above the upper one, so both are written at once. */
+static bool is_lower_limit(int which) {
+    return which == INDEX_drive_low || which == INDEX_reference_low;
+}
+
+/* Whether the settings have it. */
+static bool setting_of(const json_t *settings, int which, int64_t *value) {
+    const json_t *found = json_object_get(settings, register_table[which].name);
+    *value = json_integer_value(found);
+    return found != NULL;
+}
+
+static bool has_limits(const json_t *settings, int lower, int64_t limit[2]) {
+    return setting_of(settings, lower, &limit[0]) && setting_of(settings, lower + 1, &limit[1]);
+}
+
+/* least: how far apart they are at least. */
+static bool check_limits(const json_t *settings, int lower, int64_t least, const char *where, failure_t *failure) {
+    int64_t limit[2];
+    return !has_limits(settings, lower, limit) || limit[1] - limit[0] >= least ||
+           fail(failure, "%s: settings: %s is %" PRId64 ", not below %s, %" PRId64, where, register_table[lower].name,
+                limit[0], register_table[lower + 1].name, limit[1]);
+}
+
+static bool settings_check(json_t *settings, const char *where, failure_t *failure) {
     const char *name;
     json_t *value;
     json_object_foreach(settings, name, value) {
         const int which = index_of(name);
-        int64_t before = 0;
-        int64_t after = 0;
-        failure_t unknown;
+        int64_t low, high;
         if (!json_is_integer(value)) {
             return fail(failure, "%s: settings: %s is not a whole number", where, name);
         }
-        if (which == REGISTER_COUNT || !is_setting(which) || !device_read(device, which, &before, &unknown)) {
+        if (which == REGISTER_COUNT) {
+            continue;
+        }
+        device_register_range(which, &low, &high);
+        if (json_integer_value(value) < low || json_integer_value(value) > high) {
+            return fail(failure,
+                        "%s: settings: %s is %" JSON_INTEGER_FORMAT ", and the register takes %" PRId64 " to %" PRId64,
+                        where, name, json_integer_value(value), low, high);
+        }
+    }
+    return check_limits(settings, INDEX_drive_low, 1, where, failure) &&
+           check_limits(settings, INDEX_reference_low, 0, where, failure);
+}
+
+/* The registers first..last, which the amplifier takes together. */
+static bool span_write(device_t *device, const json_t *settings, int first, int last, backup_done_t *done,
+                       failure_t *failure) {
+    int64_t wanted[REGISTER_COUNT], now[REGISTER_COUNT];
+    failure_t unknown;
+    const size_t count = (size_t)last - (size_t)first + 1;
+    if (!device_read_span(device, first, last, now, &unknown)) {
+        done->not_there += count;
+        return true;
+    }
+    for (int i = first; i <= last; i++) {
+        (void)setting_of(settings, i, &wanted[i]);
+    }
+    if (!device_write_span(device, first, last, wanted, failure) ||
+        !device_read_span(device, first, last, now, failure)) {
+        return false;
+    }
+    for (int i = first; i <= last; i++) {
+        if (now[i] != wanted[i]) {
+            return fail(failure, "register %s is %" PRId64 " after writing %" PRId64, register_table[i].name, now[i],
+                        wanted[i]);
+        }
+    }
+    done->settings += count;
+    return true;
+}
+
+static bool settings_write(device_t *device, json_t *settings, backup_done_t *done, failure_t *failure) {
+    const char *name;
+    json_t *value;
+    json_object_foreach(settings, name, value) {
+        const int which = index_of(name);
+        int64_t limit[2];
+        if (which == REGISTER_COUNT || !is_setting(which)) {
             done->not_there++;
             continue;
         }
-        if (!device_write(device, which, json_integer_value(value), failure) ||
-            !device_read(device, which, &after, failure)) {
+        if (is_lower_limit(which - 1) && has_limits(settings, which - 1, limit)) {
+            continue; /* with the lower one */
+        }
+        const bool both = is_lower_limit(which) && has_limits(settings, which, limit);
+        if (!span_write(device, settings, which, both ? which + 1 : which, done, failure)) {
             return false;
         }
-        if (after != json_integer_value(value)) {
-            return fail(failure, "register %s is %" PRId64 " after writing %" JSON_INTEGER_FORMAT, name, after,
-                        json_integer_value(value));
-        }
-        done->settings++;
     }
     return true;
+}
+
+/* The amplifier takes no image whose drive_park is outside of drive_low to drive_high, and no such limits to an image.
+ * Where the limits in force do not hold the backup's, they are widened until its own follow. */
+static bool image_put(device_t *device, const hyst_parameters_t *image, const json_t *settings, failure_t *failure) {
+    int64_t before[REGISTER_COUNT], wide[REGISTER_COUNT], limit[2];
+    failure_t ignored;
+    if (!has_limits(settings, INDEX_drive_low, limit) ||
+        !device_read_span(device, INDEX_drive_low, INDEX_drive_high, before, &ignored) ||
+        (image->drive_park >= before[INDEX_drive_low] && image->drive_park <= before[INDEX_drive_high])) {
+        return amplifier_image_write(device, image, failure);
+    }
+    wide[INDEX_drive_low] = before[INDEX_drive_low] < limit[0] ? before[INDEX_drive_low] : limit[0];
+    wide[INDEX_drive_high] = before[INDEX_drive_high] > limit[1] ? before[INDEX_drive_high] : limit[1];
+    if (!device_unlock(device, CONTROL_PARAMETERS, failure) ||
+        !device_write_span(device, INDEX_drive_low, INDEX_drive_high, wide, failure)) {
+        return false;
+    }
+    const bool good = amplifier_image_write(device, image, failure);
+    if (!good) {
+        (void)device_write_span(device, INDEX_drive_low, INDEX_drive_high, before, &ignored);
+    }
+    return good;
+}
+
+/* The image of the backup, or the one that stays in force, and the limits that come to it. */
+static bool check_park(const hyst_parameters_t *image, const json_t *settings, const char *where, failure_t *failure) {
+    int64_t limit[2];
+    return !has_limits(settings, INDEX_drive_low, limit) ||
+           (image->drive_park >= limit[0] && image->drive_park <= limit[1]) ||
+           fail(failure,
+                "%s: settings: drive_low %" PRId64 " to drive_high %" PRId64
+                " do not hold drive_park of the image, %" PRId32,
+                where, limit[0], limit[1], image->drive_park);
 }
 
 bool backup_write(device_t *device, const json_t *backup, const char *where, backup_done_t *done, failure_t *failure) {
     const char *format = json_string_value(json_object_get(backup, "format"));
     json_t *list = json_object_get(backup, "image");
     json_t *settings = json_object_get(backup, "settings");
-    hyst_parameters_t image;
+    hyst_parameters_t image = {0};
     *done = (backup_done_t){.image = !json_is_null(list)};
     if (format == NULL || strcmp(format, format_name) != 0 || !json_is_object(settings)) {
         return fail(failure, "%s: not a backup of an amplifier (format %s)", where, format_name);
     }
-    return (!done->image ||
-            (image_from_json(list, where, &image, failure) && amplifier_image_write(device, &image, failure))) &&
+    return (done->image ? image_from_json(list, where, &image, failure)
+                        : amplifier_image_read(device, &image, failure)) &&
+           settings_check(settings, where, failure) && check_park(&image, settings, where, failure) &&
+           (!done->image || image_put(device, &image, settings, failure)) &&
            device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
-           settings_write(device, settings, where, done, failure);
+           settings_write(device, settings, done, failure);
 }

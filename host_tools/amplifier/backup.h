@@ -19,8 +19,11 @@ typedef struct {
     size_t not_there; /**< registers of the backup that this amplifier's firmware, or this command, does not have */
 } backup_done_t;
 
-/** Checks the whole backup, then writes the image and the settings, and reads them back. `where` stands for the file in
- * messages. */
+/**
+ * Checks the whole backup, values that fit into no register included, then writes the image and the settings, and reads
+ * them back. It goes in whatever limits are in force: lower and upper ones are written together. `where` stands for the
+ * file in messages.
+ */
 bool backup_write(device_t *device, const json_t *backup, const char *where, backup_done_t *done, failure_t *failure);
 
 #endif

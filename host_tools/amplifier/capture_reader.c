@@ -38,6 +38,11 @@ static bool still_whole(capture_reader_t *reader, failure_t *failure) {
 }
 
 bool capture_reader_some(capture_reader_t *reader, size_t captured, failure_t *failure) {
+    if (captured > reader->frames || captured < reader->done) {
+        return fail(failure,
+                    "the amplifier says that it has captured %zu frames of %zu, of which %zu were read: that cannot be",
+                    captured, reader->frames, reader->done);
+    }
     const size_t place = reader->done % capacity(reader);
     size_t count = captured - reader->done;
     count = count < FRAMES_AT_ONCE ? count : FRAMES_AT_ONCE;

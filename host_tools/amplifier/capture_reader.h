@@ -20,7 +20,7 @@ void capture_reader_free(capture_reader_t *reader);
 bool capture_reader_streams(const capture_reader_t *reader);
 
 /** Reads some of the first `captured` frames that are still unread. False with *failure, also if frames were
- * overwritten before they were read. */
+ * overwritten before they were read, or if there cannot be so many: `captured` is what the amplifier says. */
 bool capture_reader_some(capture_reader_t *reader, size_t captured, failure_t *failure);
 
 /** Reads the rest of a complete capture, and shows progress. */

@@ -227,18 +227,61 @@ bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], fail
     return device_read_span(device, INDEX_sequence, INDEX_reference_limited, value, failure);
 }
 
-static line_outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure) {
+void device_register_range(int which, int64_t *low, int64_t *high) {
+    const register_type_t type = register_table[which].type;
+    const bool is_signed = REGISTER_SIZE(type) == 2 && type != REGISTER_U32;
+    *low = is_signed ? INT32_MIN : 0;
+    *high = is_signed ? INT32_MAX : REGISTER_SIZE(type) == 2 ? UINT32_MAX : UINT16_MAX;
+}
+
+/* Appends the registers of a value to the words of a request. */
+static bool encode(int which, int64_t value, uint16_t *words, int *count, failure_t *failure) {
     const uint32_t whole = (uint32_t)value;
-    uint16_t words[2] = {(uint16_t)(whole >> 16), (uint16_t)whole};
-    const int count = (int)REGISTER_SIZE(register_table[which].type);
+    int64_t low, high;
+    device_register_range(which, &low, &high);
+    if (value < low || value > high) {
+        return fail(failure, "register %s takes %" PRId64 " to %" PRId64 ", not %" PRId64, register_table[which].name,
+                    low, high, value);
+    }
+    if (REGISTER_SIZE(register_table[which].type) == 2) {
+        words[(*count)++] = (uint16_t)(whole >> 16);
+    }
+    words[(*count)++] = (uint16_t)whole;
+    return true;
+}
+
+/* A value that does not fit is refused here: the line carries none of it. */
+static line_outcome_t write_span(device_t *device, int first, int last, const int64_t *value, int tries,
+                                 failure_t *failure) {
+    uint16_t words[MODBUS_MAX_WRITE_REGISTERS];
+    int count = 0;
     char what[100];
-    (void)snprintf(what, sizeof what, "%" PRId64 " to register %s", value, register_table[which].name);
-    const request_t request = {what, register_table[which].address, count, NULL, count == 1 ? words + 1 : words, 0, 0};
+    for (int i = first; i <= last; i++) {
+        if (!encode(i, value[i], words, &count, failure)) {
+            return LINE_REFUSED;
+        }
+    }
+    if (first == last) {
+        (void)snprintf(what, sizeof what, "%" PRId64 " to register %s", value[first], register_table[first].name);
+    } else {
+        (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
+    }
+    const request_t request = {what, register_table[first].address, count, NULL, words, 0, 0};
     return transfer(device, &request, tries, failure);
+}
+
+static line_outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure) {
+    int64_t values[REGISTER_COUNT];
+    values[which] = value;
+    return write_span(device, which, which, values, tries, failure);
 }
 
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure) {
     return write_register(device, which, value, TRIES, failure) == LINE_DONE;
+}
+
+bool device_write_span(device_t *device, int first, int last, const int64_t *value, failure_t *failure) {
+    return write_span(device, first, last, value, TRIES, failure) == LINE_DONE;
 }
 
 bool device_unlock(device_t *device, unsigned what, failure_t *failure) {

@@ -57,7 +57,15 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
 /** One telemetry snapshot: the registers `sequence` to `reference_limited` of one sample. */
 bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], failure_t *failure);
 
+/** What fits into the register, whatever the amplifier takes of it. */
+void device_register_range(int which, int64_t *low, int64_t *high);
+
+/** Refuses a value that does not fit into the register. */
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure);
+
+/** Writes the registers first..last, as device_read_span reads them, in one request: all or none of them, and the
+ * amplifier checks them together. */
+bool device_write_span(device_t *device, int first, int last, const int64_t *value, failure_t *failure);
 
 /**
  * Registers that can be read while a sample passes. Never more than a good line carries at its baud rate, where full

@@ -213,9 +213,17 @@ static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst
     return load_breakpoints(device, image, mode, corner, corners, passes, failure);
 }
 
+/* So that what is printed of the lowest frequency is not below it. */
+#define PRINTED 1.00001
+
 /* The amplifier would take a line of no sample for one of one, and play another frequency. */
 static bool check_polygon(const device_t *device, const waveform_t *w, failure_t *failure) {
     breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
+    const double lowest_hz = waveform_lowest_hz(w, device_sample_rate_hz(device));
+    if (w->frequency_hz < lowest_hz) {
+        return fail(failure, "a %s of %g Hz cannot be played at %g samples per second: the lowest frequency is %g Hz",
+                    waveform_name(w->kind), w->frequency_hz, device_sample_rate_hz(device), PRINTED * lowest_hz);
+    }
     const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
     for (size_t i = 0; i < corners; i++) {
         if (corner[i].samples == 0) {
@@ -382,7 +390,7 @@ static void note_supply(device_t *device, recording_t *recording) {
     }
 }
 
-/* From the loaded waveform to the recording. */
+/* From the loaded waveform to the recording, which stays when the amplifier then cannot be disarmed. */
 static bool play_and_read(device_t *device, const hyst_parameters_t *image, const run_t *run, recording_t *recording,
                           experiment_events_t *events, failure_t *failure) {
     capture_reader_t reader = capture_reader(device, (size_t)run->frames);
@@ -392,10 +400,8 @@ static bool play_and_read(device_t *device, const hyst_parameters_t *image, cons
         to_recording(device, image, run, reader.registers, recording);
         note_supply(device, recording);
         sampling_note(device, run->decimation, recording);
-        ok = device_command(device, COMMAND_DISARM, failure);
-        if (!ok) {
-            recording_free(recording);
-        }
+        ok = device_command(device, COMMAND_DISARM, failure) ||
+             fail_in(failure, "the recording is complete, but the amplifier was not disarmed");
     }
     capture_reader_free(&reader);
     return ok;
@@ -406,6 +412,7 @@ bool experiment_run(device_t *device, const hyst_parameters_t *image, const expe
     const waveform_t *w = &experiment->waveform;
     run_t run = {.mode = experiment->mode, .condition = experiment->condition, .start = waveform_start(w)};
     char text[120];
+    *recording = (recording_t){0};
     waveform_describe(w, text);
     (void)snprintf(run.text, sizeof run.text, "%s, %s", waveform_name(w->kind), text);
     return check_waveform(device, w, failure) && fit_into_buffer(device, experiment, &run, failure) &&
@@ -424,6 +431,7 @@ static unsigned long decimation_of(const device_t *device, double samples, doubl
 bool experiment_run_probe(device_t *device, const hyst_parameters_t *image, const experiment_probe_t *probe,
                           recording_t *recording, experiment_events_t *events, failure_t *failure) {
     double registers_per_sample;
+    *recording = (recording_t){0};
     if (!device_registers_per_sample(device, &registers_per_sample, failure)) {
         return false;
     }

@@ -37,7 +37,8 @@ bool experiment_check(const device_t *device, const experiment_t *experiment, fa
  * with which the waveform fits into these rows. Then the amplifier
  * is disarmed: it ramps to park and switches off.
  *
- * Shows progress. On failure nothing needs to be freed.
+ * Shows progress. On failure *recording is empty, unless all that failed was to disarm the amplifier: then it is
+ * complete, has samples, and is to be freed.
  */
 bool experiment_run(device_t *device, const hyst_parameters_t *image, const experiment_t *experiment,
                     recording_t *recording, experiment_events_t *events, failure_t *failure);

@@ -198,6 +198,14 @@ static void staircase(const waveform_t *waveform, polygon_t *polygon) {
     }
 }
 
+double waveform_lowest_hz(const waveform_t *waveform, double sample_rate_hz) {
+    /* The longest, in cycles: from peak to peak, or a hold. */
+    const double line = waveform->kind == WAVEFORM_TRIANGLE    ? 0.5
+                        : waveform->kind == WAVEFORM_STAIRCASE ? (1.0 - STEP_RISE) / (2.0 * (double)waveform->steps)
+                                                               : 0.0;
+    return line * sample_rate_hz / (UINT32_MAX - 1.0); /* its ends are rounded */
+}
+
 size_t waveform_breakpoints(const waveform_t *waveform, double sample_rate_hz,
                             breakpoint_t corners[WAVEFORM_MAX_BREAKPOINTS]) {
     polygon_t polygon = {.corner = corners, .samples_per_cycle = sample_rate_hz / waveform->frequency_hz};

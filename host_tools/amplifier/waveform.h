@@ -98,9 +98,13 @@ double waveform_start(const waveform_t *waveform);
  * the amplifier completes. */
 double waveform_samples(const waveform_t *waveform, double sample_rate_hz);
 
+/** The lowest frequency of a triangle or a staircase: each line of it has at most 2^32 - 1 samples. 0 of others. */
+double waveform_lowest_hz(const waveform_t *waveform, double sample_rate_hz);
+
 /**
  * The corners of a triangle (all cycles) or a staircase (one cycle, to be played `cycles` times), at times rounded to
- * whole samples without drift. Returns their number, at most WAVEFORM_MAX_BREAKPOINTS.
+ * whole samples without drift. The frequency is at least waveform_lowest_hz. Returns their number, at most
+ * WAVEFORM_MAX_BREAKPOINTS.
  */
 size_t waveform_breakpoints(const waveform_t *waveform, double sample_rate_hz,
                             breakpoint_t corners[WAVEFORM_MAX_BREAKPOINTS]);

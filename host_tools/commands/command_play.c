@@ -46,15 +46,17 @@ static bool check_table(const table_t *table, failure_t *failure) {
     return true;
 }
 
+/* From the row before, rounded without drift. */
+static double samples_to(const table_t *table, size_t row, double sample_rate_hz) {
+    const double *time = table->column[0].value;
+    return round((time[row] - time[0]) * sample_rate_hz) - round((time[row - 1] - time[0]) * sample_rate_hz);
+}
+
 static breakpoint_t *corners_of(const table_t *table, double sample_rate_hz) {
     breakpoint_t *corner = allocate(table->rows - 1, sizeof *corner);
-    const double *time = table->column[0].value;
-    double before = 0.0; /* in samples, rounded without drift */
     for (size_t i = 1; i < table->rows; i++) {
-        const double now = round((time[i] - time[0]) * sample_rate_hz);
-        corner[i - 1] =
-            (breakpoint_t){.samples = (uint32_t)fmax(1.0, now - before), .level = table->column[1].value[i]};
-        before = now;
+        corner[i - 1] = (breakpoint_t){.samples = (uint32_t)samples_to(table, i, sample_rate_hz),
+                                       .level = table->column[1].value[i]};
     }
     return corner;
 }
@@ -69,8 +71,7 @@ static const char *range_of(const hyst_parameters_t *image, hyst_mode_t mode, do
 
 static bool check_rows(const device_t *device, const hyst_parameters_t *image, const settings_t *s,
                        failure_t *failure) {
-    const double *time = s->table.column[0].value;
-    const double most_s = UINT32_MAX / device_sample_rate_hz(device);
+    const double sample_rate_hz = device_sample_rate_hz(device);
     double range[2];
     const char *unit = range_of(image, s->played, range);
     for (size_t i = 0; i < s->table.rows; i++) {
@@ -79,8 +80,15 @@ static bool check_rows(const device_t *device, const hyst_parameters_t *image, c
             return fail(failure, "%s: row %zu: %g is outside of %g to %g %s", s->table.source, i + 1, level, range[0],
                         range[1], unit);
         }
-        if (i > 0 && time[i] - time[i - 1] > most_s) {
-            return fail(failure, "%s: row %zu: a line of more than %g s", s->table.source, i + 1, most_s);
+        const double samples = i > 0 ? samples_to(&s->table, i, sample_rate_hz) : 1.0;
+        if (samples > UINT32_MAX) {
+            return fail(failure, "%s: row %zu: a line of more than %g s", s->table.source, i + 1,
+                        UINT32_MAX / sample_rate_hz);
+        }
+        /* The amplifier would take it for a line of one sample, and play the table too slowly. */
+        if (samples < 1.0) {
+            return fail(failure, "%s: row %zu: the line to it has no sample, at %g samples per second", s->table.source,
+                        i + 1, sample_rate_hz);
         }
     }
     return true;

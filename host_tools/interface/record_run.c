@@ -120,18 +120,28 @@ static void note_contradiction(const run_t *run) {
     }
 }
 
+/* A recording that is complete is kept, even if the amplifier could not be disarmed after it. */
 static bool play(device_t *device, void *context, failure_t *failure) {
     run_t *run = context;
     const record_listener_t *listener = run->listener;
+    failure_t of_taking;
     const bool played =
         run->probe.parts != 0
             ? experiment_run_probe(device, &run->image, &run->probe, run->recording, &run->events, failure)
             : experiment_run(device, &run->image, &run->experiment, run->recording, &run->events, failure);
-    if (!played) {
+    if (run->recording->samples == 0) {
         return false;
     }
     note_contradiction(run);
-    return (listener->take == NULL || listener->take(listener->context, run->recording, &run->events, failure));
+    const bool taken =
+        listener->take == NULL || listener->take(listener->context, run->recording, &run->events, &of_taking);
+    if (!taken) {
+        *failure = of_taking;
+    }
+    if (!(taken && played)) {
+        recording_free(run->recording);
+    }
+    return taken && played;
 }
 
 bool record_run(device_t *device, const record_options_t *options, const record_listener_t *listener,

@@ -19,7 +19,8 @@ typedef struct {
 #define RECORD_OPTIONS_DEFAULT                                                                                         \
     { .waveform = WAVEFORM_OPTIONS_DEFAULT, .probe = NULL, .slew_v_per_s = (double)NAN }
 
-/** Called with the result while the run is still guarded: when it returns false, the amplifier is parked. */
+/** Called with the result while the run is still guarded: when it returns false, the amplifier is parked. Also with one
+ * after which the amplifier could not be disarmed, which is the failure of the run then. */
 typedef bool record_take_t(void *context, const recording_t *recording, const experiment_events_t *events,
                            failure_t *failure);
 

@@ -19,7 +19,8 @@ typedef struct {
 
 enum { TRACK_MOST = 2 };
 
-/** Called after each run, while it is still guarded: when it returns false, the amplifier is parked. */
+/** Called after each run, while it is still guarded: when it returns false, the amplifier is parked. As
+ * record_take_t. */
 typedef bool track_take_t(void *context, const track_t *track, failure_t *failure);
 
 typedef struct {

@@ -118,9 +118,17 @@ static line_fault_t present_fault(void) {
     return line->fault;
 }
 
-static bool is_start(const uint8_t *request) {
+static bool is_command(const uint8_t *request, control_command_t command) {
     return request[1] == 16 && request[2] == ADDRESS_command >> 8 && request[3] == (ADDRESS_command & 0xFF) &&
-           request[8] == COMMAND_START;
+           request[8] == command;
+}
+
+static bool loses(const uint8_t *request, line_fault_t fault) {
+    if (line->lost_disarms > 0 && is_command(request, COMMAND_DISARM)) {
+        line->lost_disarms--;
+        return true;
+    }
+    return fault == LINE_LOSES_REQUEST;
 }
 
 static void answer(int file, const uint8_t *request, size_t length) {
@@ -132,7 +140,7 @@ static void answer(int file, const uint8_t *request, size_t length) {
     if (fault == LINE_HANGS_UP) {
         _exit(0);
     }
-    if (fault == LINE_LOSES_REQUEST) {
+    if (loses(request, fault)) {
         line->lost++;
         return;
     }
@@ -148,7 +156,7 @@ static void answer(int file, const uint8_t *request, size_t length) {
         return; /* for another address */
     }
     loop_set_timeout(0); /* time runs too fast here for one, and stops and goes with this machine's load */
-    if (is_start(request)) {
+    if (is_command(request, COMMAND_START)) {
         line->starts++;
     }
     if (line->park_after > 0 && --line->park_after == 0) {

@@ -39,8 +39,9 @@ typedef struct {
     /** 0: the loop runs by the clock; else it makes so many samples while a request and its answer are on the line, and
      * none otherwise: then nothing depends on how busy this machine is. */
     volatile int samples_per_request;
-    volatile int position_offset; /**< of the sensor, in codes: 0, or it has moved */
-    volatile unsigned park_after; /**< requests until somebody parks the amplifier; 0: nobody does */
+    volatile int position_offset;   /**< of the sensor, in codes: 0, or it has moved */
+    volatile unsigned park_after;   /**< requests until somebody parks the amplifier; 0: nobody does */
+    volatile unsigned lost_disarms; /**< so many commands `disarm` are lost, as by LINE_LOSES_REQUEST */
 
     volatile unsigned requests; /**< that arrived */
     volatile unsigned lost;     /**< of these, by LINE_LOSES_REQUEST */

@@ -105,6 +105,104 @@ static void test_settings_that_are_not_there(void) {
     json_decref(backup);
 }
 
+static void set_limits(int lower, int64_t low, int64_t high) {
+    int64_t value[REGISTER_COUNT];
+    value[lower] = low;
+    value[lower + 1] = high;
+    must(device_write_span(device, lower, lower + 1, value, &failure));
+}
+
+static void expect_limits(int lower, int64_t low, int64_t high) {
+    TEST_ASSERT_EQUAL_INT64(low, value_of(lower));
+    TEST_ASSERT_EQUAL_INT64(high, value_of(lower + 1));
+}
+
+/* Limits in force that have nothing in common with those of the backup, above and below. */
+static void test_limits_go_in_whatever_is_in_force(void) {
+    const int lower[] = {INDEX_reference_low, INDEX_drive_low};
+    for (size_t i = 0; i < sizeof lower / sizeof lower[0]; i++) {
+        for (int up = 0; up < 2; up++) {
+            const int64_t backed[2] = {up ? 1288490188 : -1717986918, up ? 1717986918 : -1288490188};
+            const int64_t present[2] = {up ? INT32_MIN : -1073741824, up ? 1073741824 : INT32_MAX};
+            backup_done_t done;
+            image.drive_park = (hyst_q31_t)(up ? 1500000000 : -1500000000);
+            must(amplifier_image_write(device, &image, &failure));
+            set_limits(lower[i], backed[0], backed[1]);
+            json_t *backup = backup_read(device, &failure);
+            TEST_ASSERT_NOT_NULL_MESSAGE(backup, failure.text);
+            set_limits(lower[i], INT32_MIN, INT32_MAX);
+            image.drive_park = 0;
+            must(amplifier_image_write(device, &image, &failure));
+            set_limits(lower[i], present[0], present[1]);
+            must(backup_write(device, backup, "backup", &done, &failure));
+            TEST_ASSERT_EQUAL_UINT(json_object_size(json_object_get(backup, "settings")), done.settings);
+            expect_limits(lower[i], backed[0], backed[1]);
+            set_limits(lower[i], INT32_MIN, INT32_MAX);
+            json_decref(backup);
+        }
+    }
+}
+
+/* What a refused image leaves: the limits that were in force. */
+static void test_a_refused_image_leaves_the_limits(void) {
+    backup_done_t done;
+    uint32_t words[HYST_IMAGE_MAX_WORDS];
+    json_t *list = json_array();
+    must(amplifier_image_write(device, &image, &failure));
+    json_t *backup = backup_read(device, &failure);
+    json_t *settings = json_object_get(backup, "settings");
+    image.drive_park = 1500000000;
+    image.sample_rate_mhz = 5000000;
+    const size_t count = hyst_parameters_encode(&image, words, HYST_IMAGE_MAX_WORDS);
+    for (size_t i = 0; i < count; i++) {
+        json_array_append_new(list, json_integer((json_int_t)words[i]));
+    }
+    json_object_set_new(backup, "image", list);
+    json_object_set_new(settings, "drive_low", json_integer(1288490188));
+    json_object_set_new(settings, "drive_high", json_integer(1717986918));
+    set_limits(INDEX_drive_low, -5, 1073741824);
+    TEST_ASSERT_FALSE(backup_write(device, backup, "backup", &done, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "made for 5000 samples per second"), failure.text);
+    expect_limits(INDEX_drive_low, -5, 1073741824);
+    json_decref(backup);
+}
+
+static void expect_refused(json_t *backup, const char *name, int64_t value, const char *part) {
+    backup_done_t done;
+    json_t *settings = json_object_get(backup, "settings");
+    json_t *right = json_incref(json_object_get(settings, name));
+    json_object_set_new(settings, name, json_integer((json_int_t)value));
+    TEST_ASSERT_FALSE_MESSAGE(backup_write(device, backup, "kept.json", &done, &failure), name);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, part), failure.text);
+    json_object_set_new(settings, name, right);
+}
+
+static void test_what_fits_into_no_register_changes_nothing(void) {
+    must(amplifier_image_write(device, &image, &failure));
+    must(device_write(device, INDEX_watchdog, 500, &failure));
+    must(device_write(device, INDEX_setpoint_slew, 12345, &failure));
+    set_limits(INDEX_reference_low, 0, INT32_MAX);
+    json_t *backup = backup_read(device, &failure);
+    image.model_id = 8;
+    must(amplifier_image_write(device, &image, &failure));
+    must(device_write(device, INDEX_setpoint_slew, 54321, &failure));
+    expect_refused(backup, "watchdog", 65536,
+                   "kept.json: settings: watchdog is 65536, and the register takes 0 to 65535");
+    expect_refused(backup, "watchdog", -1, "kept.json: settings: watchdog is -1, ");
+    expect_refused(backup, "source_increment", 4294967296, "source_increment is 4294967296, ");
+    expect_refused(backup, "drive_high", 2147483648,
+                   "drive_high is 2147483648, and the register takes -2147483648 to 2147483647");
+    expect_refused(backup, "reference_high", -5, "reference_low is 0, not below reference_high, -5");
+    expect_refused(backup, "drive_high", -1, "do not hold drive_park of the image, 0");
+    TEST_ASSERT_EQUAL_INT64(8, value_of(INDEX_active_model_id));
+    TEST_ASSERT_EQUAL_INT64(54321, value_of(INDEX_setpoint_slew));
+    TEST_ASSERT_EQUAL_INT64(500, value_of(INDEX_watchdog));
+    TEST_ASSERT_FALSE(device_write(device, INDEX_watchdog, 65536, &failure));
+    TEST_ASSERT_EQUAL_STRING("register watchdog takes 0 to 65535, not 65536", failure.text);
+    TEST_ASSERT_EQUAL_INT64(500, value_of(INDEX_watchdog));
+    json_decref(backup);
+}
+
 static const image_difference_t *difference_of(const image_difference_t *list, size_t count, const char *field) {
     for (size_t i = 0; i < count; i++) {
         if (strcmp(list[i].field, field) == 0) {
@@ -213,6 +311,9 @@ int main(void) {
     RUN_TEST(test_a_backup_makes_another_amplifier_the_same);
     RUN_TEST(test_a_damaged_backup_changes_nothing);
     RUN_TEST(test_settings_that_are_not_there);
+    RUN_TEST(test_limits_go_in_whatever_is_in_force);
+    RUN_TEST(test_a_refused_image_leaves_the_limits);
+    RUN_TEST(test_what_fits_into_no_register_changes_nothing);
     RUN_TEST(test_differences_are_in_units);
     RUN_TEST(test_an_image_is_stored_once_the_amplifier_is_off);
     RUN_TEST(test_what_is_on_its_way_off_is_waited_for);

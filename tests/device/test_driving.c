@@ -242,6 +242,39 @@ static void test_a_recording_that_cannot_be_written_parks(void) {
     expect_parked_by_command();
 }
 
+/* All of it had been read when the last request was lost. */
+static void keeps_what_is_complete(const char *const command[], int column) {
+    recording_t recording;
+    (void)remove("complete.csv");
+    simulated_device_line()->lost_disarms = 3; /* as many as the command tries */
+    start(command);
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    TEST_ASSERT_EQUAL_UINT_MESSAGE(0, simulated_device_line()->lost_disarms, errors);
+    expect_error("hyst: the recording is complete, but the amplifier was not disarmed: no answer from ");
+    expect_error("; the drive is stopped and parked");
+    must(recording_read(&recording, "complete.csv", &failure));
+    TEST_ASSERT_EQUAL_UINT(1000, recording.samples);
+    TEST_ASSERT_NOT_NULL(recording.column[column]);
+    recording_free(&recording);
+    expect_parked_by_command();
+}
+
+static void test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "-f",           "10",
+                                         "-n",     "1",          "-o",   "complete.csv", NULL};
+    static const char *const track[] = {"track", "--waveform", "sine",   "-f", "10",           "-n",
+                                        "1",     "-m",         "linear", "-o", "complete.csv", NULL};
+    static const char *const full[] = {"record", "--waveform", "sine", "-f", "10", "-n", "1", "-o", "/dev/full", NULL};
+    keeps_what_is_complete(record, COLUMN_DRIVE);
+    keeps_what_is_complete(track, COLUMN_REFERENCE);
+    simulated_device_line()->lost_disarms = 3;
+    start(full);
+    (void)end();
+    expect_error("/dev/full: ");
+    expect_parked_by_command();
+}
+
 static void test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself(void) {
     static const char *const record[] = {RECORD, "-o", "/dev/null", NULL};
     start(record);
@@ -315,7 +348,12 @@ static void test_what_cannot_be_played_is_refused_before_anything_moves(void) {
         {"the waveform lasts ", {"record", "--waveform", "sine", "-f", "1e-5", "-o", "/dev/null", NULL}},
         {"a staircase of 2000 Hz cannot be played", {"play", "--waveform", "staircase", "-f", "2000", NULL}},
         {" breakpoints, this waveform has 3000", {"play", "--table", "long_table.csv", "--mode", "direct", NULL}},
-        {"row 2: a line of more than 429497 s", {"play", "--table", "slow_table.csv", "--mode", "direct", NULL}}};
+        {"row 2: a line of more than 429497 s", {"play", "--table", "slow_table.csv", "--mode", "direct", NULL}},
+        {"fine_table.csv: row 3: the line to it has no sample, at 10000 samples per second",
+         {"play", "--table", "fine_table.csv", "--mode", "direct", NULL}},
+        {"a triangle of 1e-06 Hz cannot be played at 10000 samples per second: the lowest frequency is 1.16416e-06 Hz",
+         {"play", "--waveform", "triangle", "-f", "1e-6", NULL}},
+        {"the lowest frequency is 9.31332e-08 Hz", {"play", "--waveform", "staircase", "-f", "9e-8", NULL}}};
     FILE *table = fopen("long_table.csv", "w");
     for (int row = 0; row <= 3000; row++) {
         (void)fprintf(table, "%d,%d\n", row, 20 + row % 2);
@@ -323,6 +361,11 @@ static void test_what_cannot_be_played_is_refused_before_anything_moves(void) {
     (void)fclose(table);
     table = fopen("slow_table.csv", "w");
     (void)fputs("0,20\n1000000,30\n2000000,20\n", table);
+    (void)fclose(table);
+    table = fopen("fine_table.csv", "w"); /* 0.7 of a sample each */
+    for (int row = 0; row < 10; row++) {
+        (void)fprintf(table, "%.6f,%d\n", 7e-5 * row, 20 + row % 2);
+    }
     (void)fclose(table);
     simulated_device_line()->loop_stands = true;
     for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
@@ -463,6 +506,7 @@ int main(void) {
     RUN_TEST(test_a_killed_host_leaves_the_amplifier_to_park_by_itself);
     RUN_TEST(test_an_error_parks);
     RUN_TEST(test_a_recording_that_cannot_be_written_parks);
+    RUN_TEST(test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed);
     RUN_TEST(test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself);
     RUN_TEST(test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was);
     RUN_TEST(test_an_amplifier_without_parameters_is_not_driven);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Upload and experiments against the application itself, whose actuator follows the drive one to one. */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/capture_reader.h"
 #include "amplifier/experiment.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
@@ -288,6 +289,18 @@ static void test_an_amplifier_that_somebody_parks_ends_the_run(void) {
     expect_line("the amplifier has parked (faults: none)");
 }
 
+/* What an amplifier says of itself is no reason to write behind the frames that there is room for. */
+static void test_more_frames_than_there_are_to_be_are_refused(void) {
+    capture_reader_t reader = capture_reader(device, 10);
+    reader.done = 10;
+    TEST_ASSERT_FALSE(capture_reader_some(&reader, 11, &failure));
+    expect_line("the amplifier says that it has captured 11 frames of 10");
+    TEST_ASSERT_FALSE(capture_reader_some(&reader, 9, &failure));
+    TEST_ASSERT_TRUE_MESSAGE(capture_reader_some(&reader, 10, &failure), failure.text);
+    TEST_ASSERT_EQUAL_UINT(10, reader.done);
+    capture_reader_free(&reader);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_upload_comes_back);
@@ -302,5 +315,6 @@ int main(void) {
     RUN_TEST(test_events_are_counted);
     RUN_TEST(test_a_loop_that_stands_still_is_noticed);
     RUN_TEST(test_an_amplifier_that_somebody_parks_ends_the_run);
+    RUN_TEST(test_more_frames_than_there_are_to_be_are_refused);
     return UNITY_END();
 }

@@ -72,6 +72,37 @@ static void test_staircase_goes_up_and_down_and_closes(void) {
     TEST_ASSERT_TRUE(samples == 10000.0);
 }
 
+static void expect_whole_length(const char *name, unsigned long steps, double rate_hz) {
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = name;
+    options.cycles = 1;
+    options.steps = steps;
+    waveform_t w = choose(&options);
+    w.frequency_hz = waveform_lowest_hz(&w, rate_hz);
+    breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS];
+    const size_t corners = waveform_breakpoints(&w, rate_hz, corner);
+    double samples = 0.0;
+    uint32_t longest = 0;
+    for (size_t i = 0; i < corners; i++) {
+        samples += corner[i].samples;
+        longest = corner[i].samples > longest ? corner[i].samples : longest;
+    }
+    TEST_ASSERT_DOUBLE_WITHIN(1.0, rate_hz / w.frequency_hz, samples);
+    TEST_ASSERT_GREATER_THAN_UINT32(UINT32_MAX - 4, longest);
+}
+
+/* And no lower: the longest line has all samples that the amplifier counts. */
+static void test_the_lowest_frequency_has_its_whole_length(void) {
+    expect_whole_length("triangle", 1, 10000.0);
+    expect_whole_length("triangle", 1, 9999.7);
+    expect_whole_length("staircase", 1, 10000.0);
+    expect_whole_length("staircase", 32, 10000.0);
+    waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
+    options.name = "sine";
+    const waveform_t w = choose(&options);
+    TEST_ASSERT_TRUE(waveform_lowest_hz(&w, 10000.0) == 0.0);
+}
+
 static void refuse(const char *name, double frequency, double amplitude, double offset, unsigned long cycles,
                    unsigned long steps) {
     waveform_options_t options = WAVEFORM_OPTIONS_DEFAULT;
@@ -180,6 +211,7 @@ int main(void) {
     RUN_TEST(test_defaults_use_four_fifths_of_the_range_around_its_middle);
     RUN_TEST(test_rounding_to_samples_does_not_add_up);
     RUN_TEST(test_staircase_goes_up_and_down_and_closes);
+    RUN_TEST(test_the_lowest_frequency_has_its_whole_length);
     RUN_TEST(test_what_cannot_be_played_is_wrong_usage);
     RUN_TEST(test_the_tones_of_a_multisine);
     RUN_TEST(test_what_cannot_be_swept_or_sounded_is_wrong_usage);
