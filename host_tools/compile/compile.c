@@ -103,8 +103,9 @@ static bool set_linear(compile_job_t *job) {
     if (!(slope > 0.0)) {
         return fail(job->failure, "the hysteresis falls over its whole loop: an amplifier cannot invert it");
     }
-    return compile_to_fixed(job, 1.0 / slope, 28, "linear_gain", &job->parameters->linear_gain) &&
-           compile_to_fixed(job, -(sum_y / POINTS) / slope, 31, "linear_offset", &job->parameters->linear_offset);
+    return (compile_to_fixed(job, 1.0 / slope, 28, "linear_gain", &job->parameters->linear_gain) &&
+            compile_to_fixed(job, -(sum_y / POINTS) / slope, 31, "linear_offset", &job->parameters->linear_offset)) ||
+           fail_in(job->failure, "the straight line of the mode linear, from --position-range to --drive-range");
 }
 
 static bool compile_block(compile_job_t *job, const model_block_t *block) {
