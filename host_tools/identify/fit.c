@@ -4,6 +4,7 @@
 #include "chain/chain.h"
 #include "chain/fit_ranges.h"
 #include "identify/fit_errors.h"
+#include "numerics/reversals.h"
 #include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
@@ -64,6 +65,21 @@ static bool check_sign(const job_t *job) {
                 "%s: the displacement falls where the drive rises: turn the sign of one of them before the fit, or "
                 "record a slower drive, too",
                 job->recordings[slow].name);
+}
+
+/* By more than half of its range, in any of the recordings. */
+static bool turns_round(const job_t *job) {
+    bool turns = false;
+    for (size_t i = 0; i < job->count; i++) {
+        const recording_t *recording = &job->recordings[i];
+        double range[2];
+        reversals_t reversals;
+        values_range(recording->column[COLUMN_DRIVE], recording->samples, range);
+        reversals_find(recording->column[COLUMN_DRIVE], recording->samples, 0.5 * (range[1] - range[0]), &reversals);
+        turns = turns || reversals.count > 0;
+        reversals_free(&reversals);
+    }
+    return turns;
 }
 
 /* Checks the recordings and splits them into training and held-out parts. */
@@ -308,6 +324,11 @@ static bool run(job_t *job, model_t *model) {
     }
     if (job->options->creep && !job->family->finds_creep && model_find(model, "creep") == NULL) {
         family_note(&job->report->notes, "creep: family %s does not look for it", job->family->name);
+    }
+    if (!turns_round(job)) {
+        family_note(&job->report->notes,
+                    "the drive never turns round by more than half of its range: the loops of this "
+                    "model are not determined");
     }
     operators = operators_of(job, model);
     if (!judge(job, model) || !judge_without(job, operators) ||

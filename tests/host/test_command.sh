@@ -262,6 +262,14 @@ awk -F, '/^[0-9]/ { print $1 "," $2 "," (-$3); next } { print }' good.csv >falli
 for family in prandtl_ishlinskii bouc_wen inertial_hysteresis stop_density all; do
     expect 1 'falling.csv: the displacement falls where the drive rises' fit falling.csv --family "$family"
 done
+awk 'BEGIN {
+    print "# sample_rate_hz: 1000\n# drive_unit: V\n# displacement_unit: um\nt,drive,displacement"
+    for (k = 0; k < 600; k++) printf "%.3f,%.4f,%.5f\n", k / 1000, k / 6, 0.1 * k / 6 + 1e-4 * k * k / 36
+}' >ramp.csv
+expect 0 '' fit ramp.csv --operators 4
+has stdout 'the drive never turns round by more than half of its range'
+expect 0 '' fit good.csv --operators 2
+! grep -q 'never turns round' stdout || complain 'good.csv turns round'
 sed '1i # drive_between_samples: hold' good.csv >between.csv
 for command in 'look' 'fit' 'simulate model.json' 'diagnose' 'bode'; do
     # shellcheck disable=SC2086
