@@ -180,6 +180,10 @@ bool serial_line_open(serial_line_t *line, const device_options_t *options, fail
     return true;
 }
 
+void serial_line_leave_to_parent(const serial_line_t *line) {
+    (void)close(modbus_get_socket(line->modbus)); /* modbus_close would give the parent's port its old settings, too */
+}
+
 void serial_line_close(serial_line_t *line) {
     if (line->modbus != NULL) {
         modbus_close(line->modbus);
