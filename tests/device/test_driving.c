@@ -485,6 +485,22 @@ static void test_a_watch_that_is_killed_leaves_no_lock(void) {
     take_line();
 }
 
+/* The amplifier does what was wanted; what fails is to tell of it. */
+static void test_a_play_that_cannot_be_told_of_says_that_it_goes_on(void) {
+    static const char *const text[] = {"play", "--waveform", "sine", "--mode", "direct", NULL};
+    static const char *const json[] = {"play", "--waveform", "sine", "--mode", "direct", "--json", NULL};
+    standard_output = "/dev/full";
+    for (size_t i = 0; i < 2; i++) {
+        start(i == 0 ? text : json);
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+        expect_error("the amplifier plays on, and `hyst stop` ends it: cannot write the result to stdout");
+        take_line();
+        TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
+        leave_line();
+    }
+}
+
 /* While a waveform plays without end, whose host is gone. */
 static void test_stop_holds_and_park_parks(void) {
     static const char *const stop[] = {"stop", NULL};
@@ -544,6 +560,7 @@ int main(void) {
     RUN_TEST(test_a_watch_whose_folder_is_gone_goes_on);
     RUN_TEST(test_a_watch_that_is_interrupted_frees_the_line_before_its_page_is_written);
     RUN_TEST(test_a_watch_that_is_killed_leaves_no_lock);
+    RUN_TEST(test_a_play_that_cannot_be_told_of_says_that_it_goes_on);
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
     return UNITY_END();
