@@ -156,6 +156,10 @@ void device_close(device_t *device) {
     free(device);
 }
 
+void device_leave_to_parent(const device_t *device) {
+    serial_line_leave_to_parent(&device->line);
+}
+
 void device_stop_when(device_t *device, const volatile sig_atomic_t *stop) {
     device->line.stop = stop;
 }

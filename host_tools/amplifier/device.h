@@ -26,6 +26,10 @@ device_t *device_open(const device_options_t *options, failure_t *failure);
 /** NULL is allowed. */
 void device_close(device_t *device);
 
+/** In a child process, after fork(): closes what it has inherited of the port. Nothing is sent; the line stays the
+ * parent's, and its lock ends with the parent. */
+void device_leave_to_parent(const device_t *device);
+
 /** From now on, once *stop is the number of a signal, every request fails at once with "interrupted (SIGINT)"; a
  * request in progress is completed first. NULL ends this. */
 void device_stop_when(device_t *device, const volatile sig_atomic_t *stop);

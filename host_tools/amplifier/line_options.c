@@ -25,6 +25,9 @@ bool device_options_check(const device_options_t *options, failure_t *failure) {
     if (options->port == NULL) {
         return fail(failure, "--port DEV is missing");
     }
+    if (options->port[0] == '\0') {
+        return fail(failure, "--port is empty: it takes the name of a serial port");
+    }
     bool known = false;
     for (size_t i = 0; i < sizeof rates / sizeof rates[0]; i++) {
         known = known || options->baud == rates[i];

@@ -113,7 +113,8 @@ static bool set_limit(guard_t *guard, failure_t *failure) {
            device_write(guard->device, INDEX_model_error_limit, in_full_scale(guard, guard->limit_um), failure);
 }
 
-static bool begin(guard_t *guard, guard_pause_t *pause, void *context, failure_t *failure) {
+/* again: what is there now has been warned of. */
+static bool begin(guard_t *guard, bool again, guard_pause_t *pause, void *context, failure_t *failure) {
     const guard_settings_t *s = &guard->settings;
     const double codes = ldexp(1.0, (int)device_identity(guard->device, INDEX_position_bits));
     const double code_um = 2e-6 * guard->image->position_half_range_pm / codes;
@@ -122,11 +123,19 @@ static bool begin(guard_t *guard, guard_pause_t *pause, void *context, failure_t
     }
     guard->usual_supply_v = guard_supply_v(guard);
     const double measured_um = fmax(s->times * guard->usual.rms_um, LEAST_CODES * code_um);
-    guard->limit_um = s->limit_um > guard->usual.rms_um ? s->limit_um : measured_um; /* NAN: measured */
+    const bool above = s->limit_um > guard->usual.rms_um; /* not if it is NAN */
+    if (!again && !above && !isnan(s->limit_um)) {
+        return fail(failure, "--limit %g: the error is already %.4g um (root mean square), and a limit is above it",
+                    s->limit_um, guard->usual.rms_um);
+    }
+    guard->limit_um = above ? s->limit_um : measured_um;
     return arm_recorder(guard, failure) && set_limit(guard, failure);
 }
 
 bool guard_settings_check(const guard_settings_t *s, failure_t *failure) {
+    if (s->limit_um <= 0.0 || isinf(s->limit_um)) { /* NAN: measured */
+        return fail(failure, "--limit %g: must be above 0", s->limit_um);
+    }
     if (!(s->times > 1.0)) {
         return fail(failure, "--times %g: must be above 1", s->times);
     }
@@ -151,11 +160,12 @@ bool guard_begin(guard_t *guard, device_t *device, const hyst_parameters_t *imag
     guard->ring = (size_t)words / FRAME_VALUES;
     guard->begun = (uint32_t)guard->now[INDEX_sequence];
     return device_unlock(device, CONTROL_PARAMETERS, failure) &&
-           device_write(device, INDEX_model_error_limit, 0, failure) && begin(guard, pause, context, failure);
+           device_write(device, INDEX_model_error_limit, 0, failure) && begin(guard, false, pause, context, failure);
 }
 
 bool guard_again(guard_t *guard, guard_pause_t *pause, void *context, failure_t *failure) {
-    return device_write(guard->device, INDEX_model_error_limit, 0, failure) && begin(guard, pause, context, failure);
+    return device_write(guard->device, INDEX_model_error_limit, 0, failure) &&
+           begin(guard, true, pause, context, failure);
 }
 
 guard_answer_t guard_look(guard_t *guard, failure_t *failure) {

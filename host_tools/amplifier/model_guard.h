@@ -50,12 +50,13 @@ typedef enum { GUARD_QUIET, GUARD_WARNED /**< and the record is whole */, GUARD_
 /** What the guard does between two polls: false, with the reason in *failure, ends it. */
 typedef bool guard_pause_t(void *context, failure_t *failure);
 
-/** Measures what is usual, sets the limit, arms the recorder. Fails on firmware that does not watch. */
+/** Measures what is usual, sets the limit, arms the recorder. Fails on firmware that does not watch, and where a limit
+ * was given that is not above what is usual. */
 bool guard_begin(guard_t *guard, device_t *device, const hyst_parameters_t *image, const guard_settings_t *settings,
                  guard_pause_t *pause, void *context, failure_t *failure);
 
-/** The same again, after a warning: what is there now counts as usual, and is no news. A limit that was given only
- * rises. */
+/** The same again, after a warning: what is there now counts as usual, and is no news. A limit that was given
+ * holds as long as it is above that, and else is as one that was not given. */
 bool guard_again(guard_t *guard, guard_pause_t *pause, void *context, failure_t *failure);
 
 /** One look. */

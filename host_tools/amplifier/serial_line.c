@@ -50,6 +50,7 @@ static bool worth_repeating(int error) {
     case ETIMEDOUT:
     case ECONNRESET: /* libmodbus: end of file while waiting */
     case EINTR:
+    case EAGAIN: /* another program reads from this line, and took what had come */
     case EMBBADCRC:
     case EMBBADDATA:
     case EMBBADEXC:
@@ -91,6 +92,10 @@ static bool report(serial_line_t *line, const request_t *request, int error, int
     }
     if (!worth_repeating(error) || error == ECONNRESET) {
         return fail(failure, "%s: the line is gone, %s %s: %s", line->port, verb, request->what, strerror(error));
+    }
+    if (error == EAGAIN) {
+        return fail(failure, "%s: another program takes the answers from this line, %s %s: end that one first",
+                    line->port, verb, request->what);
     }
     if (line_echoes(line)) {
         return fail(failure, "%s: the line returns what is sent: switch off the local echo of the RS-485 adapter",
@@ -178,6 +183,10 @@ bool serial_line_open(serial_line_t *line, const device_options_t *options, fail
     (void)modbus_set_error_recovery(line->modbus, MODBUS_ERROR_RECOVERY_NONE);
     (void)modbus_flush(line->modbus);
     return true;
+}
+
+void serial_line_leave_to_parent(const serial_line_t *line) {
+    (void)close(modbus_get_socket(line->modbus)); /* modbus_close would give the parent's port its old settings, too */
 }
 
 void serial_line_close(serial_line_t *line) {

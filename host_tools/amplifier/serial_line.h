@@ -44,6 +44,8 @@ typedef enum { LINE_DONE, LINE_NO_ANSWER, LINE_REFUSED, LINE_GONE, LINE_INTERRUP
 bool serial_line_open(serial_line_t *line, const device_options_t *options, failure_t *failure);
 /** A line that is not open is allowed. */
 void serial_line_close(serial_line_t *line);
+/** One that is open, in a child process: device_leave_to_parent. */
+void serial_line_leave_to_parent(const serial_line_t *line);
 
 /** Makes one request. `silent`, or NULL: set when nothing at all came. */
 line_outcome_t serial_line_request(serial_line_t *line, const request_t *request, int tries, bool *silent,

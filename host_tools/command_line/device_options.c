@@ -47,6 +47,9 @@ int device_command_run(const command_t *command, const option_t *options, size_t
     }
     status = work->work(device, work->settings);
     device_close(device);
+    if (work->after != NULL) {
+        status = work->after(work->settings, status);
+    }
     if (work->to_its_end) {
         end_by_signal();
     }

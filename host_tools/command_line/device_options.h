@@ -32,9 +32,13 @@ typedef struct {
      * loop around the command. */
     bool to_its_end;
     int (*work)(device_t *device, void *settings); /**< Returns the exit status */
+    /** With that status, once the port is closed: what may take long and needs no line. Returns the exit status; or
+     * NULL. */
+    int (*after)(void *settings, int status);
 } device_work_t;
 
-/** Reads the options, checks, prepares, opens the port, works, and closes it. Returns the exit status. */
+/** Reads the options, checks, prepares, opens the port, works, closes it, and does the rest. Returns the exit status.
+ */
 int device_command_run(const command_t *command, const option_t *options, size_t count, int argc, char **argv,
                        const device_work_t *work);
 

@@ -175,7 +175,12 @@ static bool play(device_t *device, const settings_t *s, failure_t *failure) {
                         : !waveform_make(&s->waveform, range, unit, &experiment.waveform, failure)) {
         return false;
     }
-    return drive(device, s, &image, &experiment, failure) && report(s, &experiment.waveform, failure);
+    if (!drive(device, s, &image, &experiment, failure)) {
+        return false;
+    }
+    const bool told = report(s, &experiment.waveform, failure) &&
+                      (fflush(stdout) == 0 || reader_has_left() || fail(failure, "cannot write the result to stdout"));
+    return told || fail_in(failure, "the amplifier plays on, and `hyst stop` ends it");
 }
 
 static int work(device_t *device, void *settings) {

@@ -12,6 +12,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* In place of the port's name, where none is given. */
+static const char no_port[] = "none";
+
 typedef struct {
     device_options_t line;
     twin_settings_t twin;
@@ -123,7 +126,7 @@ static bool serve(settings_t *s, failure_t *failure) {
 }
 
 static int check(settings_t *s) {
-    const bool port = s->line.port[0] != '\0';
+    const bool port = s->line.port != no_port;
     if (port == s->bench) {
         return usage_error(&command_serve, "either --port DEV or --bench");
     }
@@ -139,7 +142,7 @@ static int check(settings_t *s) {
 static int run(int argc, char **argv) {
     settings_t s = {
         .line = DEVICE_OPTIONS_DEFAULT, .twin = TWIN_SETTINGS_DEFAULT, .program = "qemu-system-arm", .folder = "."};
-    s.line.port = "";
+    s.line.port = no_port;
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--bench", NULL, OPTION_FLAG, NULL, "an emulated amplifier in place of a port", &s.bench},

@@ -45,9 +45,10 @@ typedef struct {
 } warning_t;
 
 typedef struct {
-    const settings_t *settings;
+    settings_t *settings;
     const volatile sig_atomic_t *stop;
     guard_t guard;
+    double watched_s;                    /* in the amplifier's time, at the end */
     pid_t diagnosing;                    /* 0: none */
     unsigned long events, pages, failed; /* failed: warnings without their record or their page */
 } watch_t;
@@ -215,6 +216,7 @@ static bool start_diagnosis(watch_t *watch, warning_t *warning, failure_t *failu
     watch->diagnosing = fork();
     if (watch->diagnosing == 0) {
         failure_t own;
+        device_leave_to_parent(watch->guard.device); /* were the parent killed, the line would stay locked */
         const bool good = diagnose_warning(warning, &own);
         if (!good) {
             (void)failure_print(&own);
@@ -296,7 +298,7 @@ static bool watch_on(watch_t *watch, device_t *device, const hyst_parameters_t *
 
 static bool tell_end(const watch_t *watch, failure_t *failure) {
     const settings_t *s = watch->settings;
-    const double seconds = guard_clock_s(&watch->guard);
+    const double seconds = watch->watched_s;
     if (s->json && !json_print(json_pack("{s:s, s:I, s:f, s:s}", "format", "hyst-watched-1", "warnings",
                                          (json_int_t)watch->events, "seconds", seconds, "folder", s->report),
                                JSON_INDENT(2), failure)) {
@@ -308,28 +310,49 @@ static bool tell_end(const watch_t *watch, failure_t *failure) {
     return true;
 }
 
-/* Signals end it as they should. 1: a warning has no record, or no page. */
-static int work(device_t *device, void *settings) {
-    watch_t watch = {.settings = settings, .stop = stop_on_signal()};
+/* Signals end it as they should. */
+static int work(device_t *device, void *context) {
+    watch_t *watch = context;
     hyst_parameters_t image;
     failure_t failure, ignored;
+    watch->stop = stop_on_signal();
     (void)blas_threads(1);
     if (!amplifier_image_read(device, &image, &failure) ||
-        !amplifier_image_is_of(&image, watch.settings->model_id, watch.settings->model, &failure)) {
+        !amplifier_image_is_of(&image, watch->settings->model_id, watch->settings->model, &failure)) {
         return failure_print(&failure);
     }
-    const bool good = watch_on(&watch, device, &image, &failure);
-    collect(&watch, true); /* a page that has begun is written */
-    if (!good && *watch.stop != 0) {
-        (void)guard_end(&watch.guard, &ignored);
-    } else if (!good) {
+    const bool good = watch_on(watch, device, &image, &failure);
+    watch->watched_s = guard_clock_s(&watch->guard);
+    if (!good && *watch->stop == 0) {
         return failure_print(&failure);
     }
-    return !tell_end(&watch, &failure) ? failure_print(&failure) : watch.failed > 0 ? STATUS_FAILED : STATUS_DONE;
+    if (!good) {
+        (void)guard_end(&watch->guard, &ignored);
+    }
+    return STATUS_DONE;
+}
+
+/* A page that has begun is written, and the line is free meanwhile: nothing is sent on it any more. A second signal
+ * leaves the page to the process that diagnoses. 1: a warning has no record, or no page. */
+static int finish(void *context, int status) {
+    watch_t *watch = context;
+    failure_t failure;
+    collect(watch, false);
+    if (watch->diagnosing != 0) {
+        (void)fputs("note: the line is free; waiting for the page of the last warning\n", stderr);
+        collect(watch, true);
+    }
+    if (status != STATUS_DONE) {
+        return status;
+    }
+    if (!tell_end(watch, &failure)) {
+        return failure_print(&failure);
+    }
+    return watch->failed > 0 || watch->diagnosing != 0 ? STATUS_FAILED : STATUS_DONE;
 }
 
 static int check(void *context) {
-    settings_t *s = context;
+    settings_t *s = ((watch_t *)context)->settings;
     failure_t failure;
     model_t model;
     if (s->model == NULL || s->report == NULL) {
@@ -348,6 +371,7 @@ static int check(void *context) {
 
 static int run(int argc, char **argv) {
     settings_t s = {.line = DEVICE_OPTIONS_DEFAULT, .guard = GUARD_SETTINGS_DEFAULT};
+    watch_t watch = {.settings = &s};
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--model", NULL, OPTION_INPUT, "MODEL.json", "the chain whose image is in force; another one is refused",
@@ -363,7 +387,7 @@ static int run(int argc, char **argv) {
         {"--for", NULL, OPTION_NUMBER, "S", "end after so long, in the amplifier's time (until stopped)", &s.for_s},
         JSON_OPTION(&s.json),
     };
-    const device_work_t job = {.settings = &s, .line = &s.line, .check = check, .work = work};
+    const device_work_t job = {.settings = &watch, .line = &s.line, .check = check, .work = work, .after = finish};
     return device_command_run(&command_watch, options, sizeof options / sizeof options[0], argc, argv, &job);
 }
 
@@ -382,7 +406,9 @@ const command_t command_watch = {
         "diagnosed,\n"
         "and FOLDER gets a dated page: what changed, since when, how sure, what to push. What is there then counts as "
         "usual.\n"
-        "As long as it runs, the amplifier's communication timeout does not pass. It ends on Ctrl-C.",
+        "As long as it has the line, the amplifier's communication timeout does not pass. Ctrl-C ends it: the line is "
+        "free at\n"
+        "once, and a page that has begun is still written.",
     .run = run,
     .files = FILE_MODEL "FOLDER/DATE.html, .json: a page and the same for programs (hyst-watch-1), one a warning.\n"
                         "FOLDER/DATE/: recording.csv, diagnosis.html, better.json of that warning.\n",

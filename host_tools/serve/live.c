@@ -114,8 +114,8 @@ json_t *live_snapshot(live_clock_t *clock, const int64_t now[REGISTER_COUNT], co
 }
 
 json_t *live_line(const char *port, const device_t *device, const hyst_parameters_t *image, const char *why) {
-    json_t *line =
-        json_pack("{s:s, s:b, s:s?, s:s}", "event", "line", "connected", device != NULL, "why", why, "port", port);
+    json_t *line = json_pack("{s:s, s:b, s:o, s:o}", "event", "line", "connected", device != NULL, "why",
+                             json_text(why), "port", json_text(port));
     if (device == NULL) {
         return line;
     }

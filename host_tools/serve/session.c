@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "serve/session.h"
+#include "base/json_output.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
 #include "serve/folder.h"
@@ -54,6 +55,7 @@ struct session {
 
 /* ---- To the pages ---- */
 
+/* What a user named or a failure says goes through json_text: it may be cut within a character. */
 static void tell(session_t *session, unsigned long client, json_t *event, web_urgency_t urgency) {
     char *text = json_dumps(event, JSON_COMPACT | JSON_REAL_PRECISION(9));
     if (text != NULL) {
@@ -64,14 +66,16 @@ static void tell(session_t *session, unsigned long client, json_t *event, web_ur
 }
 
 static void refuse(session_t *session, unsigned long client, const char *what, const failure_t *failure) {
-    tell(session, client, json_pack("{s:s, s:s, s:s}", "event", "refused", "do", what, "why", failure->text), WEB_MUST);
+    tell(session, client,
+         json_pack("{s:s, s:o, s:o}", "event", "refused", "do", json_text(what), "why", json_text(failure->text)),
+         WEB_MUST);
 }
 
 static json_t *files_event(const session_t *session) {
     failure_t failure;
     json_t *list = folder_list(session->options->folder, &failure);
     return list != NULL ? json_pack("{s:s, s:o}", "event", "files", "files", list)
-                        : json_pack("{s:s, s:[], s:s}", "event", "files", "files", "why", failure.text);
+                        : json_pack("{s:s, s:[], s:o}", "event", "files", "files", "why", json_text(failure.text));
 }
 
 /* Keeps the event for pages that come later, and sends it. */
@@ -111,7 +115,8 @@ static void on_stream(void *context, const device_t *device, const hyst_paramete
 }
 
 static void on_stopped(void *context, double seconds, const char *why) {
-    tell(context, 0, json_pack("{s:s, s:f, s:s?}", "event", "stopped", "seconds", seconds, "why", why), WEB_MUST);
+    tell(context, 0, json_pack("{s:s, s:f, s:o}", "event", "stopped", "seconds", seconds, "why", json_text(why)),
+         WEB_MUST);
 }
 
 /* Progress of the run: its thread is the keeper's. */
@@ -123,7 +128,7 @@ static void on_progress(void *context, const char *what, double fraction) {
     json_t *event = NULL;
     if (due) {
         session->run.told_s = monotonic_s();
-        json_object_set_new(status, "what", json_string(what));
+        json_object_set_new(status, "what", json_text(what));
         json_object_set_new(status, "fraction", json_real(fraction));
         event = json_deep_copy(status);
     }
@@ -148,7 +153,7 @@ static json_t *made_json(char path[2][RUNS_PATH], size_t count) {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
         const char *const slash = strrchr(path[i], '/');
-        json_array_append_new(list, json_string(slash != NULL ? slash + 1 : path[i]));
+        json_array_append_new(list, json_text(slash != NULL ? slash + 1 : path[i]));
     }
     return list;
 }
@@ -158,9 +163,9 @@ static void on_run_ended(void *context, bool good, const failure_t *failure) {
     run_request_t *const r = &session->request;
     const size_t written = r->kind == RUN_RECORD ? 1 : r->kind == RUN_TRACK ? (size_t)r->before + (size_t)r->after : 0;
     json_t *event =
-        json_pack("{s:s, s:s, s:b, s:b, s:s?, s:o, s:o}", "event", "run", "name", run_names[r->kind], "running", false,
-                  "good", good, "why", good ? NULL : failure->text, "made", made_json(r->path, good ? written : 0),
-                  "result", r->result != NULL ? r->result : json_null());
+        json_pack("{s:s, s:s, s:b, s:b, s:o, s:o, s:o}", "event", "run", "name", run_names[r->kind], "running", false,
+                  "good", good, "why", json_text(good ? NULL : failure->text), "made",
+                  made_json(r->path, good ? written : 0), "result", r->result != NULL ? r->result : json_null());
     r->result = NULL;
     keep_and_tell(session, &session->run.status, event);
     tell(session, 0, files_event(session), WEB_MUST);
@@ -236,18 +241,18 @@ static void on_job_line(void *context, const char *line) {
     pthread_mutex_lock(&session->lock);
     json_t *const status = session->job_activity.status;
     const char *const before = json_string_value(json_object_get(status, "text"));
-    if (before != NULL && strlen(before) + strlen(line) < KEPT_TEXT) {
-        json_object_set_new(status, "text", json_sprintf("%s%s\n", before, line));
+    json_t *const text = json_text(line);
+    const char *const valid = json_string_value(text);
+    if (before != NULL && strlen(before) + strlen(valid) < KEPT_TEXT) {
+        json_object_set_new(status, "text", json_sprintf("%s%s\n", before, valid));
     }
     pthread_mutex_unlock(&session->lock);
-    json_t *const event = json_pack("{s:s, s:s}", "event", "job_line", "line", line);
-    if (event != NULL) { /* NULL: not UTF-8 */
-        tell(session, 0, event, WEB_MUST);
-    }
+    tell(session, 0, json_pack("{s:s, s:o}", "event", "job_line", "line", text), WEB_MUST);
 }
 
 static void on_job_progress(void *context, const char *what, double fraction) {
-    tell(context, 0, json_pack("{s:s, s:s, s:f}", "event", "job_progress", "what", what, "fraction", fraction),
+    tell(context, 0,
+         json_pack("{s:s, s:o, s:f}", "event", "job_progress", "what", json_text(what), "fraction", fraction),
          WEB_LIVE);
 }
 
@@ -332,8 +337,8 @@ static void on_uploaded(void *context, const char *name, bool good, const failur
         tell(session, 0, files_event(session), WEB_MUST);
     }
     tell(session, 0,
-         json_pack("{s:s, s:s, s:b, s:s?}", "event", "uploaded", "name", name, "good", good, "why",
-                   good ? NULL : why->text),
+         json_pack("{s:s, s:s, s:b, s:o}", "event", "uploaded", "name", name, "good", good, "why",
+                   json_text(good ? NULL : why->text)),
          WEB_MUST);
 }
 
@@ -391,9 +396,9 @@ static void on_opened(void *context, unsigned long client) {
         session->control = client;
     }
     tell(session, client,
-         json_pack("{s:s, s:s, s:s, s:b, s:[ff], s:[ff]}", "event", "hello", "version", HYST_VERSION, "folder",
-                   o->folder, "simulated", o->simulated, "drive_range", o->drive_range_v[0], o->drive_range_v[1],
-                   "position_range", o->position_range_um[0], o->position_range_um[1]),
+         json_pack("{s:s, s:s, s:o, s:b, s:[ff], s:[ff]}", "event", "hello", "version", HYST_VERSION, "folder",
+                   json_text(o->folder), "simulated", o->simulated, "drive_range", o->drive_range_v[0],
+                   o->drive_range_v[1], "position_range", o->position_range_um[0], o->position_range_um[1]),
          WEB_MUST);
     tell_roles(session);
     pthread_mutex_lock(&session->lock);

@@ -13,8 +13,10 @@
 #include "unity.h"
 #include <fcntl.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
+#include <termios.h>
 #include <unistd.h>
 
 /* Short, so that faults cost little time, and long enough for a loaded machine to answer. */
@@ -202,6 +204,43 @@ static void test_damaged_answers_are_made_good(void) {
         TEST_ASSERT_EQUAL_HEX16(0x5354, block[1]);
     }
     TEST_ASSERT_GREATER_OR_EQUAL_UINT(3 * sizeof faults / sizeof faults[0], device_repetitions(device));
+}
+
+/* Each time as soon as something has come, and before the device has read it. */
+static void *take_answers(void *context) {
+    const int thief = *(const int *)context;
+    uint8_t taken[256];
+    while (read(thief, taken, sizeof taken) > 0) {
+    }
+    return NULL;
+}
+
+/* As a terminal that was left open: it takes most answers, and which is chance. */
+static void test_another_reader_of_the_line(void) {
+    enum { REQUESTS = 8 };
+    int thief = open(options.port, O_RDWR | O_NOCTTY);
+    struct termios mode;
+    pthread_t thread;
+    unsigned named = 0;
+    TEST_ASSERT_TRUE(thief >= 0);
+    open_device();
+    TEST_ASSERT_EQUAL_INT(0, tcgetattr(thief, &mode));
+    mode.c_cc[VMIN] = 1; /* as terminals have it: they wait for a byte */
+    TEST_ASSERT_EQUAL_INT(0, tcsetattr(thief, TCSANOW, &mode));
+    TEST_ASSERT_EQUAL_INT(0, pthread_create(&thread, NULL, take_answers, &thief));
+    for (int i = 0; i < REQUESTS; i++) {
+        int64_t value;
+        if (!device_read(device, INDEX_mode, &value, &failure)) {
+            TEST_ASSERT_NULL_MESSAGE(strstr(failure.text, "the line is gone"), failure.text);
+            named += strstr(failure.text, "another program takes the answers from this line") != NULL ? 1U : 0U;
+        }
+    }
+    TEST_ASSERT_EQUAL_INT(0, pthread_cancel(thread));
+    TEST_ASSERT_EQUAL_INT(0, pthread_join(thread, NULL));
+    (void)close(thief);
+    TEST_ASSERT_GREATER_THAN_UINT(0, device_repetitions(device));
+    printf("another reader is named in %u of %d requests\n", named, REQUESTS);
+    TEST_ASSERT_EQUAL_INT(0, read_register(INDEX_mode)); /* and without it all is well again */
 }
 
 static void test_damage_that_stays_is_one_line(void) {
@@ -485,6 +524,7 @@ int main(void) {
     RUN_TEST(test_slow_answers_within_the_timeout_need_no_repetition);
     RUN_TEST(test_a_late_answer_is_never_taken_for_another);
     RUN_TEST(test_damaged_answers_are_made_good);
+    RUN_TEST(test_another_reader_of_the_line);
     RUN_TEST(test_damage_that_stays_is_one_line);
     RUN_TEST(test_a_line_that_echoes_is_named);
     RUN_TEST(test_a_register_map_of_the_future_is_refused);

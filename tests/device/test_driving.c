@@ -16,6 +16,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -33,7 +34,9 @@ static failure_t failure;
 
 /* The command that runs, and what it said. */
 static pid_t process;
+static pid_t diagnosis; /* its child, which does not end with it */
 static int errors_of;
+static const char *standard_output; /* where its goes */
 static char errors[4096];
 
 static void must(bool done) {
@@ -76,10 +79,15 @@ void setUp(void) {
     options.port = simulated_device_start(NULL);
     options.timeout_s = TIMEOUT_S;
     failure.text[0] = '\0';
+    standard_output = "/dev/null";
     push(1);
 }
 
 void tearDown(void) {
+    if (diagnosis > 0) {
+        (void)kill(diagnosis, SIGKILL);
+        diagnosis = 0;
+    }
     if (process > 0) {
         (void)kill(process, SIGKILL);
         (void)waitpid(process, NULL, 0);
@@ -110,7 +118,7 @@ static void start(const char *const argument[]) {
     process = fork();
     if (process == 0) {
         (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
-        const int nowhere = open("/dev/null", O_WRONLY);
+        const int nowhere = open(standard_output, O_WRONLY);
         (void)dup2(nowhere, STDOUT_FILENO);
         (void)dup2(ends[1], STDERR_FILENO);
         (void)execv(HYST_TOOL, (char *const *)(size_t)all);
@@ -417,12 +425,9 @@ static void wait_for_line(void) {
     errors[length] = '\0';
 }
 
-/* A disk that fills up, a folder that is taken away: the amplifier would park if the watch ended. */
-static void test_a_watch_whose_folder_is_gone_goes_on(void) {
+/* An amplifier at work, with the model watched.json. */
+static void play_what_is_watched(void) {
     static const char *const play[] = {"play", "--waveform", "sine", "-f", "20", "--no-condition", NULL};
-    static const char *const watch[] = {"watch",  "--model", "watched.json", "--report", "watched", "--limit", "1",
-                                        "--time", "0.3",     "--before",     "0.8",      "--after", "0.3",     "-n",
-                                        "2",      NULL};
     model_t model;
     FILE *file = fopen("watched.json", "w");
     (void)fputs(
@@ -434,9 +439,17 @@ static void test_a_watch_whose_folder_is_gone_goes_on(void) {
     must(model_read(&model, "watched.json", &failure));
     push(compile_model_id(&model)); /* only a model that is in force is watched with */
     model_free(&model);
-    (void)rmdir("watched");
     start(play);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+}
+
+/* A disk that fills up, a folder that is taken away: the amplifier would park if the watch ended. */
+static void test_a_watch_whose_folder_is_gone_goes_on(void) {
+    static const char *const watch[] = {"watch",  "--model", "watched.json", "--report", "watched", "--limit", "1",
+                                        "--time", "0.3",     "--before",     "0.8",      "--after", "0.3",     "-n",
+                                        "2",      NULL};
+    (void)rmdir("watched");
+    play_what_is_watched();
     start(watch);
     sleep_until(monotonic_s() + 3.0);
     if (rmdir("watched") != 0) {
@@ -454,6 +467,81 @@ static void test_a_watch_whose_folder_is_gone_goes_on(void) {
     take_line();
     TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
     leave_line();
+}
+
+/* Stands still, for as long as the test wants the diagnosis to last. */
+static void hold_diagnosis(void) {
+    char path[64], text[64];
+    pid_t child = 0;
+    (void)snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)process, (int)process);
+    const double until_s = monotonic_s() + PATIENCE_S;
+    while (child == 0 && monotonic_s() < until_s) {
+        FILE *file = fopen(path, "r");
+        TEST_ASSERT_NOT_NULL(file);
+        child = fgets(text, sizeof text, file) != NULL ? (pid_t)strtol(text, NULL, 10) : 0;
+        (void)fclose(file);
+    }
+    TEST_ASSERT_NOT_EQUAL_MESSAGE(0, child, "no diagnosis has begun");
+    sleep_until(monotonic_s() + 0.2); /* until it has closed the port */
+    TEST_ASSERT_EQUAL_INT(0, kill(child, SIGSTOP));
+    diagnosis = child;
+}
+
+static void watch_until_it_diagnoses(void) {
+    static const char *const watch[] = {"watch", "--model", "watched.json", "--report", "diagnosed", NULL};
+    play_what_is_watched();
+    start(watch);
+    sleep_until(monotonic_s() + 3.0);
+    simulated_device_line()->position_offset = 3000;
+    hold_diagnosis();
+}
+
+/* Neither the amplifier nor other commands wait for a page. */
+static void test_a_watch_that_is_interrupted_frees_the_line_before_its_page_is_written(void) {
+    watch_until_it_diagnoses();
+    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGINT));
+    const double until_s = monotonic_s() + PATIENCE_S;
+    while ((device = device_open(&options, &failure)) == NULL && monotonic_s() < until_s) {
+        sleep_until(monotonic_s() + 0.01);
+    }
+    leave_line();
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
+    TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_model_error_limit));
+    leave_line();
+    wait_for_line();
+    TEST_ASSERT_EQUAL_STRING("note: the line is free; waiting for the page of the last warning", errors);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended without the page");
+    TEST_ASSERT_EQUAL_INT(0, kill(diagnosis, SIGKILL));
+    diagnosis = 0;
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("hyst: a diagnosis failed; its record is in diagnosed");
+}
+
+static void test_a_watch_that_is_killed_leaves_no_lock(void) {
+    watch_until_it_diagnoses();
+    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGKILL));
+    TEST_ASSERT_EQUAL_INT(process, waitpid(process, NULL, 0));
+    process = 0;
+    (void)close(errors_of);
+    take_line();
+}
+
+/* The amplifier does what was wanted; what fails is to tell of it. */
+static void test_a_play_that_cannot_be_told_of_says_that_it_goes_on(void) {
+    static const char *const text[] = {"play", "--waveform", "sine", "--mode", "direct", NULL};
+    static const char *const json[] = {"play", "--waveform", "sine", "--mode", "direct", "--json", NULL};
+    standard_output = "/dev/full";
+    for (size_t i = 0; i < 2; i++) {
+        start(i == 0 ? text : json);
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+        expect_error("the amplifier plays on, and `hyst stop` ends it: cannot write the result to stdout");
+        take_line();
+        TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
+        leave_line();
+    }
 }
 
 /* While a waveform plays without end, whose host is gone. */
@@ -514,6 +602,9 @@ int main(void) {
     RUN_TEST(test_ranges_that_contradict_the_image_are_noted);
     RUN_TEST(test_a_standard_stream_is_called_so);
     RUN_TEST(test_a_watch_whose_folder_is_gone_goes_on);
+    RUN_TEST(test_a_watch_that_is_interrupted_frees_the_line_before_its_page_is_written);
+    RUN_TEST(test_a_watch_that_is_killed_leaves_no_lock);
+    RUN_TEST(test_a_play_that_cannot_be_told_of_says_that_it_goes_on);
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
     return UNITY_END();

@@ -18,6 +18,7 @@
 #include "unity.h"
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 enum {
     HOUR_S = 3600,
@@ -202,8 +203,32 @@ static void test_an_hour_without_a_warning_then_one_change_and_one_warning(void)
     must(guard_end(&guard, &failure));
 }
 
+/* One that is given holds, or the watch does not begin: it is not replaced by another. */
+static void test_a_limit_that_is_given(void) {
+    guard_settings_t settings = GUARD_SETTINGS_DEFAULT;
+    static const double never[] = {-1.0, 0.0, (double)INFINITY, -(double)INFINITY};
+    for (size_t i = 0; i < sizeof never / sizeof never[0]; i++) {
+        settings.limit_um = never[i];
+        TEST_ASSERT_FALSE(guard_settings_check(&settings, &failure));
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, ": must be above 0"), failure.text);
+    }
+    tables();
+    play(0);
+    settings.limit_um = 0.5 * NOISE_UM;
+    TEST_ASSERT_TRUE(guard_settings_check(&settings, &failure));
+    TEST_ASSERT_FALSE(guard_begin(&guard, device, &image, &settings, no_pause, NULL, &failure));
+    char usual[64];
+    (void)snprintf(usual, sizeof usual, "--limit 0.035: the error is already %.4g um", guard.usual.rms_um);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, usual), failure.text);
+    settings.limit_um = 1.5 * NOISE_UM;
+    must(guard_begin(&guard, device, &image, &settings, no_pause, NULL, &failure));
+    TEST_ASSERT_TRUE(guard.limit_um == settings.limit_um);
+    must(guard_end(&guard, &failure));
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_limit_that_is_given);
     RUN_TEST(test_an_hour_without_a_warning_then_one_change_and_one_warning);
     return UNITY_END();
 }

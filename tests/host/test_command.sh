@@ -51,6 +51,8 @@ expect 2 'either --waveform or --probe' record --port none --probe creep --wavef
 expect 2 'a probe takes the whole drive range' record --port none --probe creep --amplitude 5 -o probe.csv
 expect 2 '--slew-rate belongs to --probe' record --port none --waveform sine --slew-rate 5 -o probe.csv
 expect 1 'cannot open none' record --port none --probe creep -o probe.csv
+expect 2 '--port is empty: it takes the name of a serial port' info --port ''
+expect 2 '--port is empty: it takes the name of a serial port' serve --port ''
 expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1

@@ -424,6 +424,34 @@ async def whole_way(page, folder, hyst):
     check((await page.run_ended())["good"], "clear")
 
 
+async def odd_texts(page):
+    """What is refused is cut in its text, at any byte: whole characters go to the page, and U+FFFD for half of one."""
+    for text in ("\u00e4" * 120, "x" + "\u00e4" * 120, "\u20ac" * 80, "x" + "\U0001d11e" * 60):
+        for what, members in ((text, {}), ("upload", {"name": text, "bytes": 1}), ("show", {"name": text}),
+                              ("record", {"name": text}), ("upload", {"name": text + ".csv", "bytes": -1})):
+            await page.do(what, **members)
+            refused = await page.until("refused")
+            check(refused["do"] == what and text[:10] in refused["why"], refused)
+
+
+async def odd_folder(hyst, port, scratch, recording):
+    """The folder's name is no UTF-8: the page comes, shows what is of it, and works in it."""
+    folder = os.path.join(os.fsencode(scratch), b"lat\xe4in")
+    os.makedirs(folder)
+    shutil.copy(recording, os.path.join(folder, b"recording.csv"))
+    server = Server(hyst, port, folder)
+    try:
+        page = await server.connect()
+        hello = await page.until("hello")
+        check(hello["folder"].endswith("/lat\ufffdin"), hello)
+        await page.do("look", recordings=["recording.csv"])
+        ended = await page.job_ended()
+        check(ended["good"] and "recording.csv: " in ended["text"], ended)
+    finally:
+        server.process.send_signal(signal.SIGINT)
+        server.process.wait(PATIENCE_S)
+
+
 async def crowd(server):
     pages = [await server.connect() for _ in range(7)]
     try:
@@ -510,6 +538,7 @@ async def day(server, folder, hyst):
     await first.do("track", mode="both")
     check("no parameters" in (await first.run_ended())["why"], "a track without parameters")
     await bad_messages(first)
+    await odd_texts(first)
     await too_long(server)
     second, stop_s = await roles(server, first)
     busy_s = await busy(second)
@@ -535,6 +564,7 @@ def main():
     try:
         port = device.stdout.readline().split()[1]
         terminal_hears_of_the_line(hyst, port, scratch)
+        asyncio.run(odd_folder(hyst, port, scratch, recording))
         server = Server(hyst, port, folder)
         asyncio.run(day(server, folder, hyst))
         server.process.send_signal(signal.SIGINT)
