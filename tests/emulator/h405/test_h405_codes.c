@@ -113,7 +113,9 @@ static void steer(void) {
     check(device_write_block(h405_device, ADDRESS_waveform, 0, (size_t)2 * WAVEFORM_WORDS, registers, &failure),
           &failure);
     for (unsigned i = 0; i < ACTIONS; i++) {
-        h405_write(actions[i].index, actions[i].value);
+        int64_t low, high; /* of the register: whether its bits have a sign */
+        device_register_range((int)actions[i].index, &low, &high);
+        h405_write(actions[i].index, low < 0 ? (int32_t)actions[i].value : (int64_t)actions[i].value);
         peripheral_log_read(&h405_log);
         mark[i] = h405_log.codes_at_answer;
         h405_wait(mark[i] + actions[i].samples);
