@@ -27,6 +27,11 @@ const char *shown_name(const char *path) {
     return path;
 }
 
+const char *without_folder(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash == NULL ? path : slash + 1;
+}
+
 void shown_names_put_in(char *text, size_t room) {
     for (size_t i = 0; i < MOST_NAMES && names[i].path != NULL; i++) {
         const size_t length = strlen(names[i].path), shown = strlen(names[i].shown);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/look_text.h"
 #include "base/quantity.h"
+#include "base/shown_name.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -178,17 +179,12 @@ static void print_rails(FILE *file, const look_t *look) {
     }
 }
 
-static const char *file_name(const recording_t *recording) {
-    const char *slash = strrchr(recording->name, '/');
-    return slash == NULL ? recording->name : slash + 1;
-}
-
 void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *fault) {
     const recording_t *recording = looks[fault->recording].recording;
     enum { MOST_SPANS = 6 };
     fprintf(file, "  %s", fault->kind->name);
     if (count > 1) {
-        fprintf(file, " in %s", file_name(looks[fault->recording].recording));
+        fprintf(file, " in %s", without_folder(looks[fault->recording].recording->name));
     }
     fprintf(file, ": %s\n    ", fault->kind->text);
     for (size_t i = 0; i < fault->numbers; i++) {
@@ -211,7 +207,7 @@ void looks_print(FILE *file, const look_t *looks, size_t count, const fault_list
     for (size_t i = 0; i < count; i++) {
         const look_t *look = &looks[i];
         const recording_t *r = look->recording;
-        fprintf(file, "%s: %zu samples at %g Hz, %.4g s", file_name(r), r->samples, r->sample_rate_hz,
+        fprintf(file, "%s: %zu samples at %g Hz, %.4g s", without_folder(r->name), r->samples, r->sample_rate_hz,
                 (double)r->samples / r->sample_rate_hz);
         if (r->start_s != 0.0) {
             fprintf(file, ", from t = %.9g s", r->start_s);
@@ -233,8 +229,8 @@ void looks_print(FILE *file, const look_t *looks, size_t count, const fault_list
 
 void looks_print_shortly(FILE *file, const look_t *looks, size_t count, const fault_list_t *faults, size_t masked) {
     for (size_t i = 0; i < count; i++) {
-        fprintf(file, "%s: %zu samples at %g Hz\n", file_name(looks[i].recording), looks[i].recording->samples,
-                looks[i].recording->sample_rate_hz);
+        fprintf(file, "%s: %zu samples at %g Hz\n", without_folder(looks[i].recording->name),
+                looks[i].recording->samples, looks[i].recording->sample_rate_hz);
         print_drive(file, &looks[i]);
         print_noise(file, &looks[i]);
         print_ring(file, &looks[i]);

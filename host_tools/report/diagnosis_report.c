@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/diagnosis_report.h"
+#include "base/shown_name.h"
 #include "chain/catalogue.h"
 #include "diagnosis/question/excerpt.h"
 #include "page/html_page.h"
@@ -14,7 +15,6 @@
 #include "report/taken_out_text.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Percent: half of the last digit of a printed error. */
 static const double shown_percent = 5e-5;
@@ -51,17 +51,12 @@ typedef struct {
     const look_t *looks; /* NULL: none */
 } page_t;
 
-static const char *file_name(const recording_t *recording) {
-    const char *slash = strrchr(recording->name, '/');
-    return slash == NULL ? recording->name : slash + 1;
-}
-
 static void write_recordings(const page_t *page) {
     char text[EXCERPT_LINE];
     fprintf(page->file, "<p class=\"note\">");
     for (size_t i = 0; i < page->count; i++) {
         const recording_t *r = &page->recordings[i];
-        write_escaped(page->file, file_name(r));
+        write_escaped(page->file, without_folder(r->name));
         fprintf(page->file, ": %.4g s at %.6g Hz", (double)r->samples / r->sample_rate_hz, r->sample_rate_hz);
         for (size_t k = 0; k < r->keys; k++) {
             fprintf(page->file, ", ");
@@ -482,7 +477,7 @@ static void write_before_and_after(const page_t *page) {
     write_errors(page);
     if (page->count > 1) {
         fprintf(page->file, "<p class=\"with-next\">Pictures: ");
-        write_escaped(page->file, file_name(r));
+        write_escaped(page->file, without_folder(r->name));
         fprintf(page->file, ".</p>\n");
     }
     write_pictures(page->file, &(compared_t){.drive_v = r->column[COLUMN_DRIVE] + from,

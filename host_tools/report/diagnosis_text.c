@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "report/diagnosis_text.h"
 #include "base/quantity.h"
+#include "base/shown_name.h"
 #include "chain/catalogue.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/where/cells.h"
@@ -384,7 +385,6 @@ static void append_part(char *text, const char *separator) {
 
 void location_text(const location_t *location, const recording_t *recordings, size_t count, char text[DIAGNOSIS_LINE]) {
     const recording_t *recording = &recordings[location->recording];
-    const char *slash = strrchr(recording->name, '/');
     text[0] = '\0';
     if (!location->somewhere) {
         text_append(text, "nowhere above the noise");
@@ -422,7 +422,7 @@ void location_text(const location_t *location, const recording_t *recordings, si
         append_ranges(text, &location->time_s, cells_linear_gap, "s");
     }
     if (count > 1) {
-        text_append(text, " of %s", slash == NULL ? recording->name : slash + 1);
+        text_append(text, " of %s", without_folder(recording->name));
     }
 }
 

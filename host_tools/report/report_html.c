@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/quantity.h"
+#include "base/shown_name.h"
 #include "page/html_page.h"
 #include "page/svg_plot.h"
 #include "report/prose.h"
@@ -206,11 +207,6 @@ static double fit_time(const model_t *model, const char *key) {
     const json_t *recordings = json_object_get(model->fit, "recordings"); /* NULL of NULL */
     const json_t *time_s = json_object_get(json_array_get(recordings, 0), key);
     return json_array_size(recordings) == 1 && json_is_number(time_s) ? json_number_value(time_s) : (double)NAN;
-}
-
-static const char *without_folder(const char *path) {
-    const char *slash = strrchr(path, '/');
-    return slash == NULL ? path : slash + 1;
 }
 
 /* By its name. A fit that names none, as of a model written by hand, may be to any. */

@@ -2,13 +2,8 @@
 #include "report/taken_out_text.h"
 #include "base/json_output.h"
 #include "base/quantity.h"
+#include "base/shown_name.h"
 #include <math.h>
-#include <string.h>
-
-static const char *short_name(const recording_t *recording) {
-    const char *slash = strrchr(recording->name, '/');
-    return slash == NULL ? recording->name : slash + 1;
-}
 
 bool taken_out_text(const account_t *account, const recording_t *recordings, size_t recording,
                     char text[DIAGNOSIS_LINE]) {
@@ -29,7 +24,7 @@ bool taken_out_text(const account_t *account, const recording_t *recordings, siz
                     taken->left_out_s, taken->left_out_rms_um);
     }
     if (text[0] != '\0') {
-        text_append(text, " (%s)", short_name(&recordings[recording]));
+        text_append(text, " (%s)", without_folder(recordings[recording].name));
     }
     return text[0] != '\0';
 }
@@ -45,7 +40,7 @@ bool lag_of_one_text(const account_t *account, const recording_t *recordings, si
             text,
             "%s is %s %s than the one model of all these recordings: another filter or rate, or the file is not "
             "what its name says",
-            short_name(&recordings[recording]), lag, taken->lag_s > 0.0 ? "later" : "earlier");
+            without_folder(recordings[recording].name), lag, taken->lag_s > 0.0 ? "later" : "earlier");
     }
     return text[0] != '\0';
 }

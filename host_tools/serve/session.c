@@ -3,6 +3,7 @@
 #include "base/json_output.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
+#include "base/shown_name.h"
 #include "serve/folder.h"
 #include "serve/job_line.h"
 #include "serve/line_keeper.h"
@@ -152,8 +153,7 @@ static const char *const run_names[] = {"record", "track", "push", "clear"};
 static json_t *made_json(char path[2][RUNS_PATH], size_t count) {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
-        const char *const slash = strrchr(path[i], '/');
-        json_array_append_new(list, json_text(slash != NULL ? slash + 1 : path[i]));
+        json_array_append_new(list, json_text(without_folder(path[i])));
     }
     return list;
 }

@@ -44,9 +44,8 @@ typedef struct {
     double autocorrelation_samples;
 } bank_job_t;
 
-/** Measures the range of the training data, and the least slope that every fit keeps. Fails if in the slowest of the
- * recordings the displacement falls with the drive. */
-bool bank_prepare(bank_job_t *job);
+/** Measures the range of the training data, and the least slope that every fit keeps. */
+void bank_prepare(bank_job_t *job);
 
 /** Finds job->gamma_per_decade around the fit (creep_search). If the data determine it, job->creep is set, and the job
  * goes on with the displacement without creep (job->recordings, job->elastic). */

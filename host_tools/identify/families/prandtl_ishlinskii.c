@@ -33,7 +33,7 @@ static const double rate_threshold_part = 0.8;
 /* An amplifier's drive range is the recorded one, widened by 5 % (compile.h). */
 static const double widened = 1.05;
 
-bool bank_prepare(bank_job_t *job) {
+void bank_prepare(bank_job_t *job) {
     double slope = HUGE_VAL;
     for (size_t i = 0; i < job->job->count; i++) {
         const recording_t *recording = &job->recordings[i];
@@ -46,7 +46,6 @@ bool bank_prepare(bank_job_t *job) {
         slope = fmin(slope, (displacement[1] - displacement[0]) / (drive[1] - drive[0]));
     }
     job->linear.least_direct = direct_part * slope;
-    return true;
 }
 
 play_basis_t bank_basis(const bank_job_t *job, size_t operators) {
@@ -203,7 +202,8 @@ static bool fit_prepared(bank_job_t *job, model_t *model, family_notes_t *notes)
     play_basis_t basis;
     linear_fit_t fit = {0};
     bool good;
-    if (!bank_prepare(job) || (job->job->creep && !find_creep(job)) || !bank_choose_structure(job)) {
+    bank_prepare(job);
+    if ((job->job->creep && !find_creep(job)) || !bank_choose_structure(job)) {
         return false;
     }
     basis = bank_basis(job, job->operators);

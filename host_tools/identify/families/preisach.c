@@ -358,9 +358,7 @@ static bool fit_prepared(preisach_job_t *job, model_t *model, family_notes_t *no
     preisach_grid_t grid;
     preisach_fit_t fit = {0};
     bool good;
-    if (!bank_prepare(&job->bank)) {
-        return false;
-    }
+    bank_prepare(&job->bank);
     prepare(job);
     if ((job->job->creep && !find_creep(job)) || !choose_structure(job)) {
         return false;
