@@ -11,7 +11,7 @@ void sampling_note(device_t *device, int64_t decimation, recording_t *recording)
         recording_set_key(recording, "drive_step_s", text);
     } else if (device_read(device, INDEX_sampled_after, &after_ns, &ignored)) {
         (void)snprintf(text, sizeof text, "%.9g", 1e-9 * (double)after_ns);
-        recording_set_key(recording, "drive_between_samples", "held");
+        recording_set_key(recording, "drive_between_samples", drive_between_name(BETWEEN_HELD));
         recording_set_key(recording, "displacement_sampled_after_s", text);
     }
 }

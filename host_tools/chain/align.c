@@ -99,12 +99,12 @@ static bool take_steps(recording_t *recording, failure_t *failure) {
 bool recording_align(recording_t *recording, failure_t *failure) {
     double after_s;
     char text[40];
-    const char *between;
+    drive_between_t between;
     if (!recording_drive_between(recording, &between, failure) ||
         !recording_sampled_after(recording, &after_s, failure) || !take_steps(recording, failure)) {
         return false;
     }
-    const bool held = between != NULL && strcmp(between, "held") == 0;
+    const bool held = between == BETWEEN_HELD;
     if (after_s == 0.0) {
         recording->held = held;
         return true;

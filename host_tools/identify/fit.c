@@ -72,12 +72,7 @@ static bool turns_round(const job_t *job) {
     bool turns = false;
     for (size_t i = 0; i < job->count; i++) {
         const recording_t *recording = &job->recordings[i];
-        double range[2];
-        reversals_t reversals;
-        values_range(recording->column[COLUMN_DRIVE], recording->samples, range);
-        reversals_find(recording->column[COLUMN_DRIVE], recording->samples, 0.5 * (range[1] - range[0]), &reversals);
-        turns = turns || reversals.count > 0;
-        reversals_free(&reversals);
+        turns = turns || reversals_count_by_part(recording->column[COLUMN_DRIVE], recording->samples, 0.5) > 0;
     }
     return turns;
 }

@@ -206,6 +206,10 @@ HYST_HOST hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *dev
  */
 HYST_HOST char *hyst_host_device_track(hyst_host_device_t *device, const char *options,
                                        hyst_host_recording_t *recording[2]);
+/** Of a record or track that has failed: a recording that was complete before it did, as where the amplifier could not
+ * be disarmed after it. index 1: the second of a track in both modes. It is there until the next record or track, and
+ * the caller's from then on; NULL: none, or it was taken. */
+HYST_HOST hyst_host_recording_t *hyst_host_device_kept(hyst_host_device_t *device, size_t index);
 /** `hyst push`: `length` bytes of an image. Answers {"model_id":, "hysteresis":, "operators":}. */
 HYST_HOST char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length);
 /** `hyst pull`: the image in force, *length bytes; NULL on failure. */

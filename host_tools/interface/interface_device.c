@@ -22,8 +22,16 @@ struct hyst_host_device {
     provenance_note_t *note;
     bool known; /* the image in force, as of model_id */
     hyst_parameters_t image;
-    volatile sig_atomic_t stop; /* the number of a signal, as the commands have it; 0: go on */
+    volatile sig_atomic_t stop;              /* the number of a signal, as the commands have it; 0: go on */
+    hyst_host_recording_t *kept[TRACK_MOST]; /* complete, of the run that goes on or was last; NULL: none, or taken */
 };
+
+static void drop_kept(hyst_host_device_t *device) {
+    for (size_t i = 0; i < TRACK_MOST; i++) {
+        hyst_host_recording_free(device->kept[i]);
+        device->kept[i] = NULL;
+    }
+}
 
 hyst_host_device_t *hyst_host_device_open(const char *options) {
     device_options_t line = DEVICE_OPTIONS_DEFAULT;
@@ -56,6 +64,7 @@ hyst_host_device_t *hyst_host_device_open(const char *options) {
 void hyst_host_device_close(hyst_host_device_t *device) {
     if (device != NULL) {
         device_close(device->device);
+        drop_kept(device);
         provenance_note_free(device->note);
         free(device);
     }
@@ -69,6 +78,21 @@ static hyst_host_recording_t *recorded(const hyst_host_device_t *device, const r
     provenance_note_t *note = provenance_note();
     provenance_note_add(note, device->note);
     return interface_recording(recording, note);
+}
+
+/* As record_take_t and track_take_t. */
+static void keep(hyst_host_device_t *device, const recording_t *recording, size_t index) {
+    recording_t copy;
+    recording_copy(&copy, recording, 0, recording->samples);
+    device->kept[index] = recorded(device, &copy);
+}
+
+hyst_host_recording_t *hyst_host_device_kept(hyst_host_device_t *device, size_t index) {
+    hyst_host_recording_t *const kept = index < TRACK_MOST ? device->kept[index] : NULL;
+    if (kept != NULL) {
+        device->kept[index] = NULL;
+    }
+    return kept;
 }
 
 /* Counts of a waveform, as JSON has them. */
@@ -90,9 +114,16 @@ static void set_counts(waveform_options_t *waveform, const counts_t *counts) {
     waveform->linear = counts->linear != 0;
 }
 
+static bool keep_recording(void *context, const recording_t *recording, const experiment_events_t *events,
+                           failure_t *failure) {
+    (void)events, (void)failure;
+    keep(context, recording, 0);
+    return true;
+}
+
 hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const char *options) {
     record_options_t settings = RECORD_OPTIONS_DEFAULT;
-    const record_listener_t listener = {.stop = &device->stop};
+    const record_listener_t listener = {.stop = &device->stop, .take = keep_recording, .context = device};
     counts_t counts = counts_of(&settings.waveform);
     recording_t recording;
     bool usage;
@@ -111,10 +142,14 @@ hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const
     set_counts(&settings.waveform, &counts);
     settings.no_condition = condition == 0;
     interface_listen(&device->stop);
+    drop_kept(device);
     device->known = false; /* ranges that are given become an image */
     const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
     json_decref(json);
-    return good ? recorded(device, &recording) : NULL;
+    if (good) {
+        recording_free(&recording);
+    }
+    return good ? hyst_host_device_kept(device, 0) : NULL;
 }
 
 static bool take_modes(const char *name, track_options_t *settings) {
@@ -126,8 +161,16 @@ static bool take_modes(const char *name, track_options_t *settings) {
            fail(interface_failure(), "--mode %s: not linear or compensate", name);
 }
 
+static bool keep_track(void *context, const track_t *track, failure_t *failure) {
+    hyst_host_device_t *device = context;
+    (void)failure;
+    keep(device, &track->recording, device->kept[0] == NULL ? 0 : 1);
+    return true;
+}
+
 char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hyst_host_recording_t *recording[2]) {
-    track_options_t settings = {.waveform = WAVEFORM_OPTIONS_DEFAULT, .stop = &device->stop};
+    track_options_t settings = {
+        .waveform = WAVEFORM_OPTIONS_DEFAULT, .stop = &device->stop, .take = keep_track, .context = device};
     counts_t counts = counts_of(&settings.waveform);
     json_int_t frames = 0;
     waveform_t waveform;
@@ -150,6 +193,7 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
     settings.frames = frames > 0 ? (unsigned long)frames : 0;
     settings.no_condition = condition == 0;
     interface_listen(&device->stop);
+    drop_kept(device);
     const bool good = take_modes(mode, &settings) &&
                       track_run(device->device, &settings, &waveform, track, &usage, interface_failure());
     json_decref(json);
@@ -158,8 +202,9 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
     }
     char *answer = interface_text(tracks_to_json(track, settings.count, &waveform));
     for (size_t i = 0; i < settings.count; i++) {
-        recording[i] = recorded(device, &track[i].recording);
+        recording[i] = hyst_host_device_kept(device, i);
     }
+    tracks_free(track, settings.count);
     return answer;
 }
 

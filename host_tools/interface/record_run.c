@@ -124,7 +124,6 @@ static void note_contradiction(const run_t *run) {
 static bool play(device_t *device, void *context, failure_t *failure) {
     run_t *run = context;
     const record_listener_t *listener = run->listener;
-    failure_t of_taking;
     const bool played =
         run->probe.parts != 0
             ? experiment_run_probe(device, &run->image, &run->probe, run->recording, &run->events, failure)
@@ -134,10 +133,7 @@ static bool play(device_t *device, void *context, failure_t *failure) {
     }
     note_contradiction(run);
     const bool taken =
-        listener->take == NULL || listener->take(listener->context, run->recording, &run->events, &of_taking);
-    if (!taken) {
-        *failure = of_taking;
-    }
+        listener->take == NULL || listener->take(listener->context, run->recording, &run->events, failure);
     if (!(taken && played)) {
         recording_free(run->recording);
     }

@@ -102,7 +102,6 @@ static experiment_t experiment_of(const track_options_t *options, const waveform
 static bool run_one(device_t *device, const hyst_parameters_t *image, const waveform_t *waveform,
                     const track_options_t *options, track_t *track, failure_t *failure) {
     const experiment_t experiment = experiment_of(options, waveform, track->mode);
-    failure_t of_taking;
     const bool played = experiment_run(device, image, &experiment, &track->recording, &track->events, failure);
     if (track->recording.samples == 0) {
         return false;
@@ -112,11 +111,8 @@ static bool run_one(device_t *device, const hyst_parameters_t *image, const wave
         return fail(failure,
                     "the reference does not move by one code of the converter: no error relative to its range");
     }
-    if (options->take != NULL && !options->take(options->context, track, &of_taking)) {
-        *failure = of_taking;
-        return false;
-    }
-    return played;
+    const bool taken = options->take == NULL || options->take(options->context, track, failure);
+    return taken && played;
 }
 
 typedef struct {

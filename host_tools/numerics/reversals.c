@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "numerics/reversals.h"
 #include "base/failure.h"
+#include <gsl/gsl_statistics_double.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,6 +32,20 @@ void reversals_find(const double *value, size_t samples, double least, reversals
             high = k;
         }
     }
+}
+
+void reversals_find_by_part(const double *value, size_t samples, double part, reversals_t *turns) {
+    double low, high;
+    gsl_stats_minmax(&low, &high, value, 1, samples);
+    reversals_find(value, samples, part * (high - low), turns);
+}
+
+size_t reversals_count_by_part(const double *value, size_t samples, double part) {
+    reversals_t turns;
+    reversals_find_by_part(value, samples, part, &turns);
+    const size_t count = turns.count;
+    reversals_free(&turns);
+    return count;
 }
 
 void reversals_free(reversals_t *turns) {

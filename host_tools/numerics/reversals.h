@@ -12,6 +12,10 @@ typedef struct {
 
 /** Extremes between ways of more than `least`. To be freed. */
 void reversals_find(const double *value, size_t samples, double least, reversals_t *turns);
+/** The same between ways of more than this part of the signal's range. */
+void reversals_find_by_part(const double *value, size_t samples, double part, reversals_t *turns);
+/** How many these are. */
+size_t reversals_count_by_part(const double *value, size_t samples, double part);
 void reversals_free(reversals_t *turns);
 
 #endif

@@ -200,8 +200,8 @@ void recording_keep_every(recording_t *recording, size_t first, size_t every) {
     for (size_t k = 0; recording->masked != NULL && k < samples; k++) {
         recording->masked[k] = recording->masked[k * every];
     }
-    if (between != NULL && strcmp(between, "held") == 0) {
-        recording_set_key(recording, "drive_between_samples", "line");
+    if (between != NULL && strcmp(between, drive_between_name(BETWEEN_HELD)) == 0) {
+        recording_set_key(recording, "drive_between_samples", drive_between_name(BETWEEN_LINE));
     }
     recording->samples = samples;
     recording->sample_rate_hz /= (double)every;

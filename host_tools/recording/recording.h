@@ -119,8 +119,19 @@ bool recording_preload(const recording_t *recording, double *preload_n, failure_
 /** Whether a header key says what the numbers of the file are, as sample_rate_hz and drive_unit do: recordings in
  * memory have them in the project's own units, and no such key. */
 bool recording_is_unit_key(const char *key);
-/** What the drive does between samples: header key drive_between_samples. NULL without it. */
-bool recording_drive_between(const recording_t *recording, const char **between, failure_t *failure);
+/** What the drive does between two samples. The kind of hardware decides; the header key drive_between_samples says it.
+ */
+typedef enum {
+    BETWEEN_UNKNOWN,
+    BETWEEN_HELD,  /**< a converter holds each value until the next */
+    BETWEEN_LINE,  /**< a straight line */
+    BETWEEN_SMOOTH /**< so smooth that held at once and filtered, line or curve differ by less than 0.1 % of the range
+                    */
+} drive_between_t;
+/** As the header key has it: unknown, held, line, smooth. */
+const char *drive_between_name(drive_between_t between);
+/** Of the header key drive_between_samples; BETWEEN_UNKNOWN without it. Fails unless it is one of the other three. */
+bool recording_drive_between(const recording_t *recording, drive_between_t *between, failure_t *failure);
 
 /** The drive before the recording: header key drive_before_v, its turning points in V, the oldest first ("0, 100, 0").
  * From the last one the drive went to the first of the recording. *points is how many, 0 without the key. Fails unless

@@ -519,12 +519,20 @@ void recording_take_keys(recording_t *recording, const char *path) {
     }
 }
 
-bool recording_drive_between(const recording_t *recording, const char **between, failure_t *failure) {
-    *between = recording_key(recording, "drive_between_samples");
-    return *between == NULL || strcmp(*between, "held") == 0 || strcmp(*between, "line") == 0 ||
-           strcmp(*between, "smooth") == 0 ||
+const char *drive_between_name(drive_between_t between) {
+    static const char *const names[] = {"unknown", "held", "line", "smooth"};
+    return names[between];
+}
+
+bool recording_drive_between(const recording_t *recording, drive_between_t *between, failure_t *failure) {
+    const char *key = recording_key(recording, "drive_between_samples");
+    *between = BETWEEN_UNKNOWN;
+    for (drive_between_t b = BETWEEN_HELD; key != NULL && b <= BETWEEN_SMOOTH; b++) {
+        *between = strcmp(key, drive_between_name(b)) == 0 ? b : *between;
+    }
+    return key == NULL || *between != BETWEEN_UNKNOWN ||
            fail(failure, "%s: header key drive_between_samples is '%s', not held, line or smooth", recording->name,
-                *between);
+                key);
 }
 
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure) {

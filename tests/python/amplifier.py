@@ -93,6 +93,31 @@ class AtTheAmplifier(unittest.TestCase):
         self.command("play", "--waveform", "sine", "--frequency", "20", "--amplitude", "20", "--offset", "50",
                      "--no-condition", "--silence", "30")
 
+    def fails_to_disarm(self, run):
+        """What is kept of a run whose requests to disarm are all lost."""
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            self.device.stdin.write("disarms 3\n")  # as many as are tried
+            self.device.stdin.flush()
+            with self.assertRaisesRegex(hyst.Error, "is complete, but the amplifier was not disarmed") as raised:
+                run(amplifier)
+            good = amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+        self.assertEqual(len(good.drive), 200)
+        return raised.exception.recordings
+
+    def test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed(self):
+        (kept,) = self.fails_to_disarm(lambda amplifier: amplifier.record("sine", frequency=10, cycles=2, **RANGES))
+        self.assertEqual(len(kept.drive), 2000)
+        (kept,) = self.fails_to_disarm(lambda amplifier: amplifier.track("sine", "both", frequency=10, cycles=2))
+        self.assertEqual(len(kept.reference), 2000)
+
+    def test_what_fails_before_it_is_complete_keeps_nothing(self):
+        with self.amplifier() as amplifier:
+            amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
+            with self.assertRaises(hyst.Error) as raised:
+                amplifier.record("sine", frequency=1e9, cycles=2, **RANGES)
+        self.assertEqual(raised.exception.recordings, ())
+
     def moves_the_sensor_by(self, micrometres):
         self.device.stdin.write(f"{round(micrometres / 100 * 65536)}\n")
         self.device.stdin.flush()

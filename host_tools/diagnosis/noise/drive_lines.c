@@ -2,7 +2,7 @@
 #include "diagnosis/noise/drive_lines.h"
 #include "diagnosis/noise/lines.h"
 #include "diagnosis/where/drive_period.h"
-#include "diagnosis/where/loop_parts.h"
+#include "numerics/reversals.h"
 #include <math.h>
 
 /* A turn, in parts of the drive's range: more than noise and ripple. */
@@ -16,7 +16,7 @@ static const double line_width = 2.0;
 /* Two turns of a drive that turns at regular times, whatever the levels; 0: it does not. */
 static double turning_period(const double *u, size_t count) {
     reversals_t turns;
-    loop_turns(u, count, turns_by, &turns);
+    reversals_find_by_part(u, count, turns_by, &turns);
     const size_t *at = turns.at, n = turns.count;
     double interval = n < least_turns ? 0.0 : (double)(at[n - 1] - at[0]) / (double)(n - 1);
     for (size_t i = 0; i < n && interval > 0.0; i++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/samples.h"
 #include "diagnosis/where/drive_period.h"
-#include "diagnosis/where/loop_parts.h"
+#include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
@@ -287,7 +287,7 @@ size_t samples_reversals(const samples_t *samples, double part) {
     size_t reversals = 0;
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *r = &samples->recordings[i];
-        reversals += loop_reversals(r->column[COLUMN_DRIVE], r->samples, part);
+        reversals += reversals_count_by_part(r->column[COLUMN_DRIVE], r->samples, part);
     }
     return reversals;
 }

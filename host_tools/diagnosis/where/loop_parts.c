@@ -1,25 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/where/loop_parts.h"
+#include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 
 const double loop_still = 2e-5;
 enum { SHORTEST_HOLD = 20 };
-
-void loop_turns(const double *drive, size_t samples, double part, reversals_t *turns) {
-    double ends[2];
-    values_range(drive, samples, ends);
-    reversals_find(drive, samples, part * (ends[1] - ends[0]), turns);
-}
-
-size_t loop_reversals(const double *drive, size_t samples, double part) {
-    reversals_t turns;
-    loop_turns(drive, samples, part, &turns);
-    const size_t count = turns.count;
-    reversals_free(&turns);
-    return count;
-}
 
 /* From one end of a branch to the other. */
 static void mark_branch(const double *drive, size_t first, size_t last, loop_part_t *part) {
@@ -52,7 +39,7 @@ void loop_parts(const double *drive, size_t samples, loop_part_t *part) {
     double ends[2];
     values_range(drive, samples, ends);
     reversals_t turns;
-    loop_turns(drive, samples, threshold.turns_round, &turns);
+    reversals_find_by_part(drive, samples, threshold.turns_round, &turns);
     for (size_t i = 0; i <= turns.count; i++) {
         mark_branch(drive, i > 0 ? turns.at[i - 1] : 0, i < turns.count ? turns.at[i] : samples - 1, part);
     }

@@ -4,15 +4,9 @@
 #define LOOP_PARTS_H
 
 #include "diagnosis/where/location.h"
-#include "numerics/reversals.h"
 
 /** A drive that stays within this part of its range is held: a step of 16 bits. */
 extern const double loop_still;
-
-/** Where a drive turns round, between ways of more than this part of its range (reversals_find). To be freed. */
-void loop_turns(const double *drive, size_t samples, double part, reversals_t *turns);
-/** How often a drive turns round, between ways of more than this part of its range. */
-size_t loop_reversals(const double *drive, size_t samples, double part);
 
 /** part[k] of every sample: LOOP_EVERYWHERE of none. */
 void loop_parts(const double *drive, size_t samples, loop_part_t *part);

@@ -31,11 +31,6 @@ const char *drive_kind_name(drive_kind_t kind) {
     return names[kind];
 }
 
-const char *drive_between_name(drive_between_t between) {
-    static const char *const names[] = {"unknown", "held", "line", "smooth"};
-    return names[between];
-}
-
 size_t drive_periods(const drive_look_t *drive) {
     return drive->period > 0.0 ? (size_t)((double)span_length(drive->repeat) / drive->period + 1e-6) : 0;
 }
@@ -291,18 +286,12 @@ static double curve_error(const double *u, size_t samples, double range_v) {
 }
 
 static bool find_between(const recording_t *recording, drive_look_t *drive, failure_t *failure) {
-    const char *key;
     const double *u = recording->column[COLUMN_DRIVE];
-    if (!recording_drive_between(recording, &key, failure)) {
+    if (!recording_drive_between(recording, &drive->between, failure)) {
         return false;
     }
-    if (key != NULL) {
-        for (drive_between_t b = BETWEEN_HELD; b <= BETWEEN_SMOOTH; b++) {
-            if (strcmp(key, drive_between_name(b)) == 0) {
-                drive->between = b;
-                drive->between_given = true;
-            }
-        }
+    drive->between_given = drive->between != BETWEEN_UNKNOWN;
+    if (drive->between_given) {
         return true;
     }
     if (drive->held_samples > 1 || drive->kind == DRIVE_STEPS) {

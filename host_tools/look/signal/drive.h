@@ -25,7 +25,6 @@ void drive_look_free(drive_look_t *drive);
 const char *drive_kind_text(drive_kind_t kind);
 /** "sine", as the JSON has it */
 const char *drive_kind_name(drive_kind_t kind);
-const char *drive_between_name(drive_between_t between);
 
 /** Number of whole periods; 0 without any. */
 size_t drive_periods(const drive_look_t *drive);

@@ -4,6 +4,7 @@
 #define LOOK_DRIVE_LOOK_H
 
 #include "look/signal/numbers.h"
+#include "recording/recording.h"
 
 typedef enum {
     DRIVE_RESTS,    /**< it never moves */
@@ -16,16 +17,6 @@ typedef enum {
     DRIVE_SWEEP,    /**< a frequency that runs one way */
     DRIVE_RANDOM    /**< many frequencies, nothing repeated */
 } drive_kind_t;
-
-/** What the drive does between two samples. The kind of hardware decides; the header key drive_between_samples says it.
- */
-typedef enum {
-    BETWEEN_UNKNOWN,
-    BETWEEN_HELD,  /**< a converter holds each value until the next */
-    BETWEEN_LINE,  /**< a straight line */
-    BETWEEN_SMOOTH /**< so smooth that held at once and filtered, line or curve differ by less than 0.1 % of the range
-                    */
-} drive_between_t;
 
 typedef struct {
     drive_kind_t kind;

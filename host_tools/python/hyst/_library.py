@@ -80,6 +80,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "device_cancel": (None, [c_void_p, c_int]),
     "device_record": (c_void_p, [c_void_p, c_char_p]),
     "device_track": (c_void_p, [c_void_p, c_char_p, POINTER(c_void_p)]),
+    "device_kept": (c_void_p, [c_void_p, c_size_t]),
     "device_push": (c_void_p, [c_void_p, POINTER(c_ubyte), c_size_t]),
     "device_pull": (c_void_p, [c_void_p, POINTER(c_size_t)]),
     "device_stop": (c_void_p, [c_void_p]),
@@ -92,6 +93,8 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
 
 class Error(Exception):
     """What is wrong with an input, a file or the amplifier, in one line."""
+
+    recordings: tuple[Any, ...] = ()  # those that Amplifier.record or track had complete when it failed
 
 
 class Cancelled(Error):

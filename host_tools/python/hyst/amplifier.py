@@ -73,7 +73,8 @@ class Amplifier(Held):
 
     Ctrl-C and exceptions end a run within a few requests, and park. So do stop(), park(), close() and cancel() in
     another thread: the run raises Cancelled. When the process is killed the amplifier parks by itself: while something
-    plays, its communication timeout is armed.
+    plays, its communication timeout is armed. A recording that was complete before its run failed, as where the amplifier
+    could not be disarmed, is in `recordings` of the Error.
     """
 
     def __init__(self, port: str, *, baud: int = 115200, parity: str = "none", slave: int = 1,
@@ -310,7 +311,18 @@ class Amplifier(Held):
         """What a cancel ends, also one that comes while this waits for its turn."""
         before = self._cancels
         with turn(self._lock):
-            return self._work(work, progress, before)
+            try:
+                return self._work(work, progress, before)
+            except Error as failure:
+                failure.recordings = self._complete()
+                raise
+
+    def _complete(self) -> tuple[Recording, ...]:
+        """What the run that failed had recorded in full. In its turn."""
+        if self._handle is None:
+            return ()
+        kept = (lib.device_kept(self._handle, index) for index in range(2))
+        return tuple(Recording._of(handle) for handle in kept if handle is not None)
 
     def _work(self, work: Callable[[Any], Any], progress: Progress | None = None, before: int | None = None) -> Any:
         """In its turn. A cancel counts before it sets the flag: either the count has changed, or the flag stays set."""

@@ -6,6 +6,7 @@
 #include "diagnosis/where/drive_rate.h"
 #include "diagnosis/where/locate.h"
 #include "diagnosis/where/loop_parts.h"
+#include "numerics/reversals.h"
 #include "numerics/spectrum.h"
 #include "support.h"
 #include "unity.h"
@@ -224,9 +225,9 @@ static void test_a_step_has_a_rate_for_a_while(void) {
  * further than half of the range. */
 static void test_reversals_of_a_sine(void) {
     sine_drive();
-    TEST_ASSERT_EQUAL_UINT64(12, loop_reversals(recording.column[COLUMN_DRIVE], SAMPLES, 0.01));
-    TEST_ASSERT_EQUAL_UINT64(10, loop_reversals(recording.column[COLUMN_DRIVE], SAMPLES, 0.5));
-    TEST_ASSERT_EQUAL_UINT64(0, loop_reversals(recording.column[COLUMN_DRIVE], 400, 0.01));
+    TEST_ASSERT_EQUAL_UINT64(12, reversals_count_by_part(recording.column[COLUMN_DRIVE], SAMPLES, 0.01));
+    TEST_ASSERT_EQUAL_UINT64(10, reversals_count_by_part(recording.column[COLUMN_DRIVE], SAMPLES, 0.5));
+    TEST_ASSERT_EQUAL_UINT64(0, reversals_count_by_part(recording.column[COLUMN_DRIVE], 400, 0.01));
 }
 
 static void test_small_gaps_are_bridged_first(void) {
