@@ -16,7 +16,7 @@ const char *drive_kind_text(drive_kind_t kind) {
     static const char *const texts[] = {"never moves",
                                         "jumps and rests",
                                         "is one sine over and over",
-                                        "is a sine whose amplitude changes",
+                                        "is a sine whose amplitude or mean changes",
                                         "is a triangle over and over",
                                         "goes in straight lines",
                                         "repeats itself, with several frequencies",
@@ -190,21 +190,26 @@ static void find_frequencies(const double *u, size_t samples, double rate_hz, do
     free(spectrum);
 }
 
-/* Whether the drive is a straight line between most of its turning points; rests and steps are lines, too. */
-static bool goes_in_lines(const double *u, const reversals_t *turns) {
+static bool is_line(const double *u, size_t from, size_t to) {
+    const double height = u[to] - u[from];
+    double worst = 0.0;
+    for (size_t k = from; k < to; k++) {
+        const double chord = u[from] + height * (double)(k - from) / (double)(to - from);
+        worst = fmax(worst, fabs(u[k] - chord));
+    }
+    return worst <= fabs(height) * (threshold.bent_way + threshold.cut_corner / (double)(to - from));
+}
+
+/* Whether the drive is a straight line between most of its turning points, or from end to end without any; rests and
+ * steps are lines, too. */
+static bool goes_in_lines(const double *u, size_t samples, const reversals_t *turns) {
     size_t straight = 0, ways = 0;
     for (size_t i = 1; i < turns->count; i++) {
-        const size_t from = turns->at[i - 1], to = turns->at[i];
-        const double height = u[to] - u[from];
-        double worst = 0.0;
-        for (size_t k = from; k < to; k++) {
-            const double chord = u[from] + height * (double)(k - from) / (double)(to - from);
-            worst = fmax(worst, fabs(u[k] - chord));
-        }
-        straight += worst <= fabs(height) * (threshold.bent_way + threshold.cut_corner / (double)(to - from)) ? 1 : 0;
+        straight += is_line(u, turns->at[i - 1], turns->at[i]) ? 1 : 0;
         ways++;
     }
-    return ways >= 2 && (double)straight >= threshold.straight_ways * (double)ways;
+    return turns->count == 0 ? is_line(u, 0, samples - 1)
+                             : ways >= 2 && (double)straight >= threshold.straight_ways * (double)ways;
 }
 
 /* Rank correlation of the ways' durations with time. */
@@ -226,7 +231,7 @@ static drive_kind_t kind_without_period(const double *u, const drive_look_t *dri
     if (drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples) {
         return DRIVE_STEPS;
     }
-    if (goes_in_lines(u, turns)) {
+    if (goes_in_lines(u, samples, turns)) {
         return DRIVE_LINES;
     }
     if ((double)ways >= threshold.fewest_ways) {
@@ -259,9 +264,9 @@ static drive_kind_t kind_of(const double *u, const drive_look_t *drive, size_t s
         reversals_t repeated;
         reversals_find(u + drive->repeat.from, span_length(drive->repeat), least_v, &repeated);
         kind = drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples ? DRIVE_STEPS
-               : goes_in_lines(u + drive->repeat.from, &repeated) ? DRIVE_TRIANGLE
-               : drive->harmonics < threshold.one_line            ? DRIVE_SINE
-                                                                  : DRIVE_PERIODIC;
+               : goes_in_lines(u + drive->repeat.from, span_length(drive->repeat), &repeated) ? DRIVE_TRIANGLE
+               : drive->harmonics < threshold.one_line                                        ? DRIVE_SINE
+                                                                                              : DRIVE_PERIODIC;
         reversals_free(&repeated);
     } else {
         kind = kind_without_period(u, drive, samples, rate_hz, &turns);

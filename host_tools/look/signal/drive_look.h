@@ -10,7 +10,7 @@ typedef enum {
     DRIVE_RESTS,    /**< it never moves */
     DRIVE_STEPS,    /**< jumps and rests */
     DRIVE_SINE,     /**< one frequency, one amplitude */
-    DRIVE_SWELLING, /**< one frequency, an amplitude that changes */
+    DRIVE_SWELLING, /**< one frequency, an amplitude or a mean that changes */
     DRIVE_TRIANGLE, /**< straight lines between turning points, repeated */
     DRIVE_LINES,    /**< straight lines, not repeated */
     DRIVE_PERIODIC, /**< repeated, several frequencies */

@@ -46,10 +46,16 @@ static double refined(const double *u, size_t samples, look_span_t span, double 
     return fabs(period - round(period)) < threshold.whole_period ? round(period) : period;
 }
 
+/* So much may two passes differ. */
+static double same_within(const drive_look_t *drive) {
+    return threshold.same_path * (drive->range_v[1] - drive->range_v[0]) + threshold.noise_of_two * drive->noise_v +
+           drive->step_v;
+}
+
 /* The longest stretch in which each value comes again after a period: [from, to) with the last pass. */
 static look_span_t longest_run(const double *u, const drive_look_t *drive, look_span_t all, double period,
                                double place_error) {
-    const double range_v = drive->range_v[1] - drive->range_v[0];
+    const double range_v = drive->range_v[1] - drive->range_v[0], within = same_within(drive);
     const bool between = period != round(period) || place_error > threshold.refined_place;
     look_span_t best = {all.from, all.from};
     size_t from = all.from;
@@ -60,8 +66,7 @@ static look_span_t longest_run(const double *u, const drive_look_t *drive, look_
         if (!over) {
             const double way = k > all.from && between ? fmax(fabs(u[k] - u[k - 1]), fabs(u[k + 1] - u[k])) : 0.0;
             same = fabs(u[k] - value_between(u, all.to, at)) <=
-                   threshold.same_path * range_v + threshold.noise_of_two * drive->noise_v + drive->step_v +
-                       place_error * way + (way > threshold.path_jumps * range_v ? way : 0.0);
+                   within + place_error * way + (way > threshold.path_jumps * range_v ? way : 0.0);
         }
         if (!same) {
             if (k > from && k - from > span_length(best)) {
@@ -77,6 +82,28 @@ static look_span_t longest_run(const double *u, const drive_look_t *drive, look_
         best.to = (size_t)fmin((double)all.to, (double)best.to + period);
     }
     return best;
+}
+
+static bool reach_as_far(const double *u, const drive_look_t *drive, size_t one, size_t other, double period) {
+    const size_t pass = (size_t)ceil(period);
+    double ends[2], others[2];
+    values_range(u + one, pass, ends);
+    values_range(u + other, pass, others);
+    return fabs(ends[0] - others[0]) <= same_within(drive) && fabs(ends[1] - others[1]) <= same_within(drive);
+}
+
+/* A drive that swells or dies away slowly is in each pass almost what it was in the one before. Its passes are one path
+ * from the first one on that reaches as far as the last; if most of them do not, none are. */
+static look_span_t passes_that_reach_as_far(const double *u, const drive_look_t *drive, look_span_t span,
+                                            double period) {
+    const size_t last = span.to - (size_t)ceil(period);
+    const double all = (double)span_length(span);
+    for (double from = (double)span.from; (double)span.to - from > threshold.most_of_recording * all; from += period) {
+        if (reach_as_far(u, drive, (size_t)from, last, period)) {
+            return (look_span_t){(size_t)from, span.to};
+        }
+    }
+    return (look_span_t){span.from, span.from};
 }
 
 /* Whether a shorter stretch than a period holds all of the range in it would be a rest that is taken for a path: the
@@ -116,6 +143,9 @@ static void take_if_better(const double *u, size_t samples, look_span_t all, dou
     }
     period = refined(u, samples, first, period);
     span = longest_run(u, drive, all, period, threshold.refined_place);
+    if ((double)span_length(span) >= threshold.two_passes * period) {
+        span = passes_that_reach_as_far(u, drive, span, period);
+    }
     /* A longer period has to repeat more than the shorter one: multiples of a period are periods, too. */
     if ((double)span_length(span) >= threshold.two_passes * period && moves(u, drive, span) &&
         (double)span_length(span) > threshold.repeats_more * (double)span_length(drive->repeat)) {
