@@ -9,6 +9,7 @@
  * docs/MODELS.md, section 11.
  */
 #include "chain/catalogue.h"
+#include "compile/compile_filters.h"
 #include "compile/compile_stop_bank.h"
 #include "elements/stop_bank.h"
 
@@ -65,14 +66,14 @@ static void step(void *memory, signal_t *signal) {
  *     x'  = (3 x[k] - 4 x[k-1] + x[k-2]) / (2 dt)      error (w dt)^2 / 3
  *     x'' = (x[k] - 2 x[k-1] + x[k-2]) / dt^2          late by one sample
  *
- * A sum too large for the number format is averaged with the past drive (a1), which adds more delay.
+ * What is too large for the number format is rolled off by a low pass of second order (a1, a2; compile_filters.h). Its
+ * corner, where the mass' share has the largest gain there is room for, does not depend on the rate; it adds delay.
  */
 static bool compile(compile_job_t *job, const parameter_t *parameter) {
-    const double most = 14.5; /* of the sum of magnitudes, which has to stay below 15 */
     const double scale = job->elastic_half_um / job->drive_half_v;
     const double c = parameter[DAMPING].value[0] * job->rate_hz * scale;
     const double m = parameter[MASS].value[0] * job->rate_hz * job->rate_hz * scale, sum = 4.0 * (c + m);
-    const double past = sum > most ? 1.0 - (most - 1.0) / sum : 0.0;
+    const rolled_off_t low = roll_off(sum);
     hyst_parameters_t *p = job->parameters;
     hyst_iir_section_t *section = &p->inertia[0];
     if (!stop_bank_compile(job, parameter)) {
@@ -81,17 +82,17 @@ static bool compile(compile_job_t *job, const parameter_t *parameter) {
     if (!(sum > 0.0)) {
         return true;
     }
-    if (!compile_to_fixed(job, -2.0 * (1.0 - past) * (c + m), 28, "damping and mass", &section->b1) ||
-        !compile_to_fixed(job, (1.0 - past) * (0.5 * c + m), 28, "damping and mass", &section->b2) ||
-        !compile_to_fixed(job, -past, 28, "the average of damping and mass", &section->a1)) {
+    if (!compile_to_fixed(job, -2.0 * low.gain * (c + m), 28, "damping and mass", &section->b1) ||
+        !compile_to_fixed(job, low.gain * (0.5 * c + m), 28, "damping and mass", &section->b2) ||
+        !compile_to_fixed(job, low.a1, 28, "the roll-off of damping and mass", &section->a1) ||
+        !compile_to_fixed(job, low.a2, 28, "the roll-off of damping and mass", &section->a2)) {
         return false;
     }
     section->b0 = -section->b1 - section->b2; /* nothing at rest, to the bit; |b1| < 8 and b2 <= -b1 / 2: no overflow */
-    section->a2 = 0;
     p->inertia_sections = 1;
     compile_note(job,
                  "%s: damping and mass compensated by feedforward; the acceleration's share is late by %.3g samples",
-                 job->block, 1.0 + past / (1.0 - past));
+                 job->block, 1.0 + low.delay_samples);
     return true;
 }
 

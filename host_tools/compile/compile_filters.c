@@ -123,6 +123,20 @@ bool invert_second_order(const second_order_t *filter, double sample_rate_hz, bo
            fabs(inverse->a1) < most && fabs(inverse->a2) < most;
 }
 
+rolled_off_t roll_off(double magnitudes) {
+    static const double most = 14.5, most_of_past = 3.0; /* all of a section's magnitudes; |a1| + |a2| */
+    if (magnitudes <= most) {
+        return (rolled_off_t){.gain = 1.0};
+    }
+    /* The denominator of the bilinear transform, r = cot(pi f / fs): a0 + .. = 4 at rest. */
+    const double a0 = 4.0 * magnitudes / (most - most_of_past), d = mode_rolloff_damping;
+    const double r = sqrt(d * d - 1.0 + a0) - d;
+    return (rolled_off_t){.gain = 4.0 / a0,
+                          .a1 = 2.0 * (1.0 - r * r) / a0,
+                          .a2 = (r * r - 2.0 * d * r + 1.0) / a0,
+                          .delay_samples = d * r - 1.0};
+}
+
 static hyst_q28_t to_q28(double coefficient) {
     return (hyst_q28_t)floor(coefficient * (double)HYST_Q28_ONE + 0.5);
 }

@@ -42,6 +42,16 @@ inverse_filter_t invert_low_pass(double frequency_hz, double damping_ratio, doub
 bool invert_second_order(const second_order_t *filter, double sample_rate_hz, bool no_filters,
                          inverse_filter_t *inverse);
 
+/** A low pass of second order for a sum of the last three inputs: gain / (1 + a1 z^-1 + a2 z^-2), 1 at rest. */
+typedef struct {
+    double gain, a1, a2;
+    double delay_samples; /**< at low frequencies */
+} rolled_off_t;
+
+/** The one of damping 0.7 and the highest corner with which a sum whose weights have these magnitudes together fits the
+ * number format (hyst/iir.h); none, of gain 1, where the weights fit as they are. */
+rolled_off_t roll_off(double magnitudes);
+
 /** Rounds to Q28. Each coefficient must be inside [-8, 8). */
 hyst_iir_section_t quantise_section(const inverse_filter_t *filter);
 
