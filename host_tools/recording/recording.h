@@ -116,8 +116,8 @@ const char *recording_key(const recording_t *recording, const char *key);
 /** Force on the actuator in N: header key preload_n, 0 without. Fails unless it is a number of 0 or more. */
 bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure);
 
-/** Whether a header key says what the numbers of the file are, as sample_rate_hz and drive_unit do: recordings in
- * memory have them in the project's own units, and no such key. */
+/** Whether a header key says what the numbers of a file are, as sample_rate_hz does and all that end in _unit do:
+ * recordings in memory have them in the project's own units, and no such key. */
 bool recording_is_unit_key(const char *key);
 /** What the drive does between two samples. The kind of hardware decides; the header key drive_between_samples says it.
  */

@@ -143,8 +143,13 @@ static column_t column_of_unit(const char *key, const char *ending) {
     return c;
 }
 
+static bool ends_as_unit(const char *key) {
+    const size_t length = strlen(key), ending = strlen(COLUMN_UNIT_KEY);
+    return length > ending && strcmp(key + length - ending, COLUMN_UNIT_KEY) == 0;
+}
+
 bool recording_is_unit_key(const char *key) {
-    return strcmp(key, "sample_rate_hz") == 0 || column_of_unit(key, "_unit") != COLUMN_COUNT;
+    return strcmp(key, "sample_rate_hz") == 0 || ends_as_unit(key);
 }
 
 static bool read_header(reader_t *reader) {
@@ -170,7 +175,7 @@ static bool read_header(reader_t *reader) {
         }
         return true;
     }
-    const column_t column = column_of_unit(key, "_unit"), meant = column_of_unit(key, "_units");
+    const column_t column = column_of_unit(key, COLUMN_UNIT_KEY), meant = column_of_unit(key, "_units");
     if (column != COLUMN_COUNT) {
         return read_unit(reader, column, key, value);
     }
@@ -437,14 +442,27 @@ static char *take_key(recording_t *recording, const char *name, const char *what
 static void keep_further(reader_t *reader) {
     for (size_t i = 0; i < reader->columns; i++) {
         const further_t *further = &reader->further[i];
-        if (further->numbers) {
+        if (further->name != NULL) {
             char *unit = take_key(reader->recording, further->name, COLUMN_UNIT_KEY),
                  *long_name = take_key(reader->recording, further->name, COLUMN_LONG_NAME_KEY);
-            recording_add_extra(reader->recording, further->name, long_name, unit, further->value);
+            if (further->numbers) {
+                recording_add_extra(reader->recording, further->name, long_name, unit, further->value);
+            }
             free(unit);
             free(long_name);
         }
     }
+}
+
+/* What is left is misspelt, and a column not in the unit that was meant. */
+static bool check_unit_keys(const reader_t *reader) {
+    for (size_t i = 0; i < reader->recording->keys; i++) {
+        const char *key = reader->recording->key[i].key;
+        if (ends_as_unit(key)) {
+            return fail(reader->failure, "%s: %s is the unit of no column that is there", reader->path, key);
+        }
+    }
+    return true;
 }
 
 static bool read_recording(recording_t *recording, const char *path, failure_t *failure) {
@@ -467,7 +485,9 @@ static bool read_recording(recording_t *recording, const char *path, failure_t *
     }
     if (good) {
         keep_further(reader);
-    } else {
+        good = check_unit_keys(reader);
+    }
+    if (!good) {
         recording_free(recording);
     }
     for (size_t i = 0; i < MOST_FILE_COLUMNS; i++) {

@@ -142,7 +142,7 @@ class Recordings(unittest.TestCase):
             hyst.read(RECORDING).column("position")
         with self.assertRaisesRegex(hyst.Error, "unknown family 'preisak': there are .*preisach"):
             hyst.fit(hyst.read(RECORDING), "preisak")
-        for key in "drive_unit", "displacement_unit", "sample_rate_hz":  # a file's; written, it would be read in mV
+        for key in "drive_unit", "displacment_unit", "sample_rate_hz":  # a file's; written, it would be read in mV
             with self.assertRaisesRegex(hyst.Error, f"header key '{key}' says what the numbers of a file are"):
                 hyst.Recording(drive=[0.0, 1.0], displacement=[0.0, 1.0], sample_rate=1e3, keys={key: "mV"})
         with self.assertRaisesRegex(hyst.Error, "recording.mat: hyst writes no such files"):
