@@ -6,161 +6,28 @@
 #include "amplifier/amplifier_image.h"
 #include "amplifier/driving.h"
 #include "base/monotonic_clock.h"
-#include "chain/model.h"
-#include "compile/compile.h"
+#include "command_at_line.h"
 #include "loop/telemetry.h"
 #include "motion/source.h"
 #include "recording/recording.h"
 #include "simulated_device.h"
 #include "unity.h"
-#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
-#include <unistd.h>
-
-/* For an answer of the simulated amplifier: a hundred times what it takes when nothing is wrong. */
-#define TIMEOUT_S    0.1
-#define TIMEOUT_TEXT "0.1"
-/* For what surely comes: a process that ends, a run that begins. */
-#define PATIENCE_S 30.0
-
-static device_t *device;
-static device_options_t options = DEVICE_OPTIONS_DEFAULT;
-static failure_t failure;
-
-/* The command that runs, and what it said. */
-static pid_t process;
-static pid_t diagnosis; /* its child, which does not end with it */
-static int errors_of;
-static const char *standard_output; /* where its goes */
-static char errors[4096];
-
-static void must(bool done) {
-    TEST_ASSERT_TRUE_MESSAGE(done, failure.text);
-}
-
-/* The test and the command take turns on the line. */
-static void take_line(void) {
-    device = device_open(&options, &failure);
-    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
-    TEST_ASSERT_TRUE_MESSAGE(device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, &failure), failure.text);
-}
-
-static void leave_line(void) {
-    device_close(device);
-    device = NULL;
-}
-
-static int64_t value_of(int which) {
-    int64_t value = 0;
-    must(device_read(device, which, &value, &failure));
-    return value;
-}
-
-/* 0..100 V and 0..100 um, parked at 10 V. */
-static void push(uint32_t model_id) {
-    hyst_parameters_t image;
-    hyst_parameters_default(&image);
-    image.model_id = model_id;
-    image.drive_center_uv = image.drive_half_range_uv = 50000000;
-    image.position_center_pm = image.position_half_range_pm = 50000000;
-    image.drive_park = (hyst_q31_t)(-0.8 * 0x1p31);
-    image.transition_slew = 1 << 24;
-    take_line();
-    must(amplifier_image_write(device, &image, &failure));
-    leave_line();
-}
 
 void setUp(void) {
-    options.port = simulated_device_start(NULL);
-    options.timeout_s = TIMEOUT_S;
-    failure.text[0] = '\0';
-    standard_output = "/dev/null";
-    push(1);
+    command_at_line_open();
 }
 
 void tearDown(void) {
-    if (diagnosis > 0) {
-        (void)kill(diagnosis, SIGKILL);
-        diagnosis = 0;
-    }
-    if (process > 0) {
-        (void)kill(process, SIGKILL);
-        (void)waitpid(process, NULL, 0);
-        (void)close(errors_of);
-        process = 0;
-    }
-    leave_line();
-    simulated_device_stop();
+    command_at_line_close();
 }
 
 /* Runs for minutes if it is not ended: the simulated loop makes ten seconds' samples a second. */
 #define RECORD "record", "--waveform", "triangle", "--frequency", "0.01", "--cycles", "4"
 #define TRACK  "track", "--waveform", "sine", "--frequency", "1", "--cycles", "2000", "--both"
-
-static void start(const char *const argument[]) {
-    const char *all[32] = {HYST_TOOL};
-    size_t count = 1;
-    while (argument[count - 1] != NULL) {
-        all[count] = argument[count - 1];
-        count++;
-    }
-    all[count++] = "--port";
-    all[count++] = options.port;
-    all[count++] = "--timeout";
-    all[count++] = TIMEOUT_TEXT;
-    int ends[2];
-    TEST_ASSERT_EQUAL_INT(0, pipe(ends));
-    process = fork();
-    if (process == 0) {
-        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
-        const int nowhere = open(standard_output, O_WRONLY);
-        (void)dup2(nowhere, STDOUT_FILENO);
-        (void)dup2(ends[1], STDERR_FILENO);
-        (void)execv(HYST_TOOL, (char *const *)(size_t)all);
-        _exit(127);
-    }
-    TEST_ASSERT_TRUE(process > 0);
-    (void)close(ends[1]);
-    errors_of = ends[0];
-}
-
-/* Returns the wait status. */
-static int end(void) {
-    int status = 0;
-    size_t length = 0;
-    ssize_t got;
-    while (length + 1 < sizeof errors && (got = read(errors_of, errors + length, sizeof errors - 1 - length)) > 0) {
-        length += (size_t)got;
-    }
-    errors[length] = '\0';
-    (void)close(errors_of);
-    TEST_ASSERT_EQUAL_INT(process, waitpid(process, &status, 0));
-    process = 0;
-    return status;
-}
-
-static void wait_for_start(void) {
-    const double until_s = monotonic_s() + PATIENCE_S;
-    while (simulated_device_line()->starts == 0) {
-        if (monotonic_s() > until_s) {
-            (void)kill(process, SIGKILL);
-            (void)end();
-            TEST_FAIL_MESSAGE(errors[0] != '\0' ? errors : "nothing was started, and the command says nothing");
-        }
-        sleep_until(monotonic_s() + 0.01);
-    }
-}
-
-/* The user's error, or the note of a command that goes on. */
-static void expect_error(const char *part) {
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(errors, part), errors);
-    TEST_ASSERT_EQUAL_PTR_MESSAGE(errors + strlen(errors) - 1, strchr(errors, '\n'), "not one line");
-}
 
 /* Parked, and not because of the communication timeout, which is off again. */
 static void expect_parked_by_command(void) {
@@ -416,118 +283,6 @@ static void test_a_standard_stream_is_called_so(void) {
     }
 }
 
-/* Waits for the first line that the command says of an error. */
-static void wait_for_line(void) {
-    size_t length = 0;
-    while (length + 1 < sizeof errors && read(errors_of, errors + length, 1) == 1 && errors[length] != '\n') {
-        length++;
-    }
-    errors[length] = '\0';
-}
-
-/* An amplifier at work, with the model watched.json. */
-static void play_what_is_watched(void) {
-    static const char *const play[] = {"play", "--waveform", "sine", "-f", "20", "--no-condition", NULL};
-    model_t model;
-    FILE *file = fopen("watched.json", "w");
-    (void)fputs(
-        "{\"format\": \"hyst-model-1\", \"sample_rate_hz\": 1000, \"chain\": [{\"block\":"
-        " \"prandtl_ishlinskii\", \"parameters\": {\"offset_um\": {\"value\": 0}, \"weights\": {\"value\": [1, 0.1]},"
-        " \"thresholds_v\": {\"value\": [1]}}}]}",
-        file);
-    (void)fclose(file);
-    must(model_read(&model, "watched.json", &failure));
-    push(compile_model_id(&model)); /* only a model that is in force is watched with */
-    model_free(&model);
-    start(play);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
-}
-
-/* A disk that fills up, a folder that is taken away: the amplifier would park if the watch ended. */
-static void test_a_watch_whose_folder_is_gone_goes_on(void) {
-    static const char *const watch[] = {"watch",  "--model", "watched.json", "--report", "watched", "--limit", "1",
-                                        "--time", "0.3",     "--before",     "0.8",      "--after", "0.3",     "-n",
-                                        "2",      NULL};
-    (void)rmdir("watched");
-    play_what_is_watched();
-    start(watch);
-    sleep_until(monotonic_s() + 3.0);
-    if (rmdir("watched") != 0) {
-        (void)kill(process, SIGKILL);
-        (void)end();
-        TEST_FAIL_MESSAGE(errors[0] != '\0' ? errors : "the watch has not begun, and says nothing");
-    }
-    simulated_device_line()->position_offset = 3000;
-    wait_for_line();
-    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(errors, "hyst: watched/"), errors);
-    sleep_until(monotonic_s() + 1.0);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended");
-    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGINT));
-    (void)end();
-    take_line();
-    TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
-    leave_line();
-}
-
-/* Stands still, for as long as the test wants the diagnosis to last. */
-static void hold_diagnosis(void) {
-    char path[64], text[64];
-    pid_t child = 0;
-    (void)snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)process, (int)process);
-    const double until_s = monotonic_s() + PATIENCE_S;
-    while (child == 0 && monotonic_s() < until_s) {
-        FILE *file = fopen(path, "r");
-        TEST_ASSERT_NOT_NULL(file);
-        child = fgets(text, sizeof text, file) != NULL ? (pid_t)strtol(text, NULL, 10) : 0;
-        (void)fclose(file);
-    }
-    TEST_ASSERT_NOT_EQUAL_MESSAGE(0, child, "no diagnosis has begun");
-    sleep_until(monotonic_s() + 0.2); /* until it has closed the port */
-    TEST_ASSERT_EQUAL_INT(0, kill(child, SIGSTOP));
-    diagnosis = child;
-}
-
-static void watch_until_it_diagnoses(void) {
-    static const char *const watch[] = {"watch", "--model", "watched.json", "--report", "diagnosed", NULL};
-    play_what_is_watched();
-    start(watch);
-    sleep_until(monotonic_s() + 3.0);
-    simulated_device_line()->position_offset = 3000;
-    hold_diagnosis();
-}
-
-/* Neither the amplifier nor other commands wait for a page. */
-static void test_a_watch_that_is_interrupted_frees_the_line_before_its_page_is_written(void) {
-    watch_until_it_diagnoses();
-    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGINT));
-    const double until_s = monotonic_s() + PATIENCE_S;
-    while ((device = device_open(&options, &failure)) == NULL && monotonic_s() < until_s) {
-        sleep_until(monotonic_s() + 0.01);
-    }
-    leave_line();
-    take_line();
-    TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
-    TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_model_error_limit));
-    leave_line();
-    wait_for_line();
-    TEST_ASSERT_EQUAL_STRING("note: the line is free; waiting for the page of the last warning", errors);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended without the page");
-    TEST_ASSERT_EQUAL_INT(0, kill(diagnosis, SIGKILL));
-    diagnosis = 0;
-    const int status = end();
-    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
-    expect_error("hyst: a diagnosis failed; its record is in diagnosed");
-}
-
-static void test_a_watch_that_is_killed_leaves_no_lock(void) {
-    watch_until_it_diagnoses();
-    TEST_ASSERT_EQUAL_INT(0, kill(process, SIGKILL));
-    TEST_ASSERT_EQUAL_INT(process, waitpid(process, NULL, 0));
-    process = 0;
-    (void)close(errors_of);
-    take_line();
-}
-
 /* The amplifier does what was wanted; what fails is to tell of it. */
 static void test_a_play_that_cannot_be_told_of_says_that_it_goes_on(void) {
     static const char *const text[] = {"play", "--waveform", "sine", "--mode", "direct", NULL};
@@ -601,9 +356,6 @@ int main(void) {
     RUN_TEST(test_what_cannot_be_played_is_refused_before_anything_moves);
     RUN_TEST(test_ranges_that_contradict_the_image_are_noted);
     RUN_TEST(test_a_standard_stream_is_called_so);
-    RUN_TEST(test_a_watch_whose_folder_is_gone_goes_on);
-    RUN_TEST(test_a_watch_that_is_interrupted_frees_the_line_before_its_page_is_written);
-    RUN_TEST(test_a_watch_that_is_killed_leaves_no_lock);
     RUN_TEST(test_a_play_that_cannot_be_told_of_says_that_it_goes_on);
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
