@@ -96,11 +96,11 @@ static bool reach_as_far(const double *u, const drive_look_t *drive, size_t one,
  * from the first one on that reaches as far as the last; if most of them do not, none are. */
 static look_span_t passes_that_reach_as_far(const double *u, const drive_look_t *drive, look_span_t span,
                                             double period) {
-    const size_t last = span.to - (size_t)ceil(period);
-    const double all = (double)span_length(span);
-    for (double from = (double)span.from; (double)span.to - from > threshold.most_of_recording * all; from += period) {
-        if (reach_as_far(u, drive, (size_t)from, last, period)) {
-            return (look_span_t){(size_t)from, span.to};
+    const size_t passes = (size_t)((double)span_length(span) / period), last = span.to - (size_t)ceil(period);
+    for (size_t pass = 0; (double)(passes - pass) > threshold.most_of_recording * (double)passes; pass++) {
+        const size_t from = span.from + (size_t)((double)pass * period);
+        if (reach_as_far(u, drive, from, last, period)) {
+            return (look_span_t){from, span.to};
         }
     }
     return (look_span_t){span.from, span.from};
