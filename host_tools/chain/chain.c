@@ -125,7 +125,7 @@ void chain_stage_settle(const chain_stage_t *stage, signal_t *signal) {
 /* An earlier stage may have reported a reversal; the farther one of the two is kept. */
 static inline void note_turn(drive_window_t *drive, signal_t *signal) {
     double turn_v;
-    drive_window_next(drive, signal);
+    drive_window_shift(drive, signal);
     if (drive_window_turns(drive, &turn_v) &&
         (!signal->turned || fabs(turn_v - signal->value) > fabs(signal->turn_v - signal->value))) {
         signal->turned = true;

@@ -97,8 +97,7 @@ static void next_bend(drive_window_t *window) {
     like[0] = alike(bend[0], bend[1]);
 }
 
-void drive_window_next(drive_window_t *window, const signal_t *signal) {
-    const bool foretold = window->known_ahead > 1 && signal->known_ahead > 1;
+void drive_window_shift(drive_window_t *window, const signal_t *signal) {
     double *x = window->x;
     x[5] = x[4];
     x[4] = x[3];
@@ -107,22 +106,31 @@ void drive_window_next(drive_window_t *window, const signal_t *signal) {
     x[1] = signal->ahead[0];
     x[0] = signal->ahead[1];
     window->known_ahead = signal->known_ahead;
+}
+
+void drive_window_next(drive_window_t *window, const signal_t *signal) {
+    const bool foretold = window->known_ahead > 1 && signal->known_ahead > 1;
+    drive_window_shift(window, signal);
     if (foretold) {
         next_bend(window);
     } else if (signal->known_ahead > 0) {
-        take_bends(x, signal->known_ahead, window->bend, window->like);
+        take_bends(window->x, signal->known_ahead, window->bend, window->like);
     }
     window->smooth = signal->known_ahead > 0 ? smoothness(window->bend, window->like, signal->known_ahead) : 0.0;
 }
 
 bool drive_window_turns(const drive_window_t *window, double *turn) {
     const double *x = window->x;
-    if (window->smooth <= 0.0 || (x[3] - x[4]) * (x[1] - x[2]) >= 0.0) {
+    if ((x[3] - x[4]) * (x[1] - x[2]) >= 0.0) { /* how smooth it is costs more to find out */
+        return false;
+    }
+    const double smooth = smooth_drive(x, window->known_ahead);
+    if (smooth <= 0.0) {
         return false;
     }
     /* x[3] + a1 t + a2 t^2 + a3 t^3, t from 0 to 1. */
-    const double a2 = window->smooth * (x[2] - 2.0 * x[3] + x[4]) / 2.0,
-                 a3 = window->smooth * (x[1] - 3.0 * x[2] + 3.0 * x[3] - x[4]) / 6.0, a1 = x[2] - x[3] - a2 - a3;
+    const double a2 = smooth * (x[2] - 2.0 * x[3] + x[4]) / 2.0,
+                 a3 = smooth * (x[1] - 3.0 * x[2] + 3.0 * x[3] - x[4]) / 6.0, a1 = x[2] - x[3] - a2 - a3;
     const double discriminant = a2 * a2 - 3.0 * a3 * a1;
     const double t = discriminant > 0.0 ? -a1 / (a2 + copysign(sqrt(discriminant), a2)) : 0.0;
     *turn = x[3] + t * (a1 + t * (a2 + t * a3));

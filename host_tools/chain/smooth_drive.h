@@ -39,6 +39,8 @@ typedef struct {
 void drive_window_settle(drive_window_t *window, double value);
 /** Takes the next sample. */
 void drive_window_next(drive_window_t *window, const signal_t *signal);
+/** The same for drive_window_turns alone: `smooth` is not worked out. */
+void drive_window_shift(drive_window_t *window, const signal_t *signal);
 /** Whether the interpolant between the last sample and this one goes beyond both, and how far. */
 bool drive_window_turns(const drive_window_t *window, double *turn);
 
