@@ -10,7 +10,7 @@
 #include "report/diagnosis_print.h"
 #include "report/diagnosis_report.h"
 #include "thresholds/thresholds.h"
-#include <math.h>
+#include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -171,41 +171,109 @@ static void exchange(recording_t *recordings, recording_t *others, size_t count,
     other->account = account;
 }
 
+static recording_t *copies_of(const recording_t *recordings, size_t count) {
+    recording_t *copies = allocate(count, sizeof *copies);
+    for (size_t i = 0; i < count; i++) {
+        recording_copy(&copies[i], &recordings[i], 0, recordings[i].samples);
+        copies[i].whole = recordings[i].whole;
+    }
+    return copies;
+}
+
+static void free_copies(recording_t *copies, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        copies[i].whole = NULL;
+        recording_free(&copies[i]);
+    }
+    free(copies);
+}
+
+/* Both ways to take the recordings are diagnosed. The others, of which `other` is the run, stand for them in the end
+ * unless these are likelier, beside all that was found. */
+static bool find_both_ways(const model_t *given, recording_t *recordings, recording_t *others, size_t count,
+                           diagnosis_run_t *run, diagnosis_run_t *other, bool *others_stand, failure_t *failure) {
+    if (!find_and_account(given, others, count, other, failure)) {
+        account_free(&run->account);
+        answer_free(&run->answer);
+        return false;
+    }
+    const double here = likelihood_of_answer(&run->answer, recordings, others, count);
+    const double there = likelihood_of_answer(&other->answer, others, others, count);
+    *others_stand = !(here > there + threshold.evidence_margin);
+    if (*others_stand) {
+        exchange(recordings, others, count, run, other);
+    }
+    account_free(&other->account);
+    answer_free(&other->answer);
+    return true;
+}
+
 /*
  * What is only suspected may be physics that the operator has not: a mode, too, is ahead of what a hysteresis makes of
- * it. So the readings are diagnosed as they are, and with the faults undone, which have to make them likelier beside
- * all that was found.
+ * it. So the readings are diagnosed as they are, and with the faults undone, which have to make them likelier.
  */
 static bool find_beside_suspected(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                                   failure_t *failure) {
-    recording_t *as_they_are = allocate(count, sizeof *as_they_are);
-    for (size_t i = 0; i < count; i++) {
-        recording_copy(&as_they_are[i], &recordings[i], 0, recordings[i].samples);
-        as_they_are[i].whole = recordings[i].whole;
-    }
+    recording_t *as_they_are = copies_of(recordings, count);
     faults_undo_suspected(recordings, run->looks, &run->faults);
     diagnosis_run_t other = *run;
-    const bool one = find_and_account(given, recordings, count, run, failure);
-    const bool both = one && find_and_account(given, as_they_are, count, &other, failure);
-    if (both) {
-        const double undone = likelihood_of_answer(&run->answer, recordings, as_they_are, count);
-        const double plain = likelihood_of_answer(&other.answer, as_they_are, as_they_are, count);
-        if (!(undone > plain + threshold.evidence_margin)) {
-            exchange(recordings, as_they_are, count, run, &other);
-            faults_withdraw_suspected(&run->faults);
-        }
-        account_free(&other.account);
-        answer_free(&other.answer);
-    } else if (one) {
-        account_free(&run->account);
-        answer_free(&run->answer);
+    bool plain;
+    const bool good = find_and_account(given, recordings, count, run, failure) &&
+                      find_both_ways(given, recordings, as_they_are, count, run, &other, &plain, failure);
+    if (good && plain) {
+        faults_withdraw_suspected(&run->faults);
     }
+    free_copies(as_they_are, count);
+    return good;
+}
+
+/* Where the drive jumps, and the header says nothing of it. */
+static bool looks_held(const look_t *look, const recording_t *recording) {
+    const bool mean = recording->whole != NULL && recording->whole->sample_rate_hz != recording->sample_rate_hz;
+    return look->drive.between == BETWEEN_HELD && !look->drive.between_given && !mean;
+}
+
+/* A lag of less than a sample may be what the drive does between two. */
+static bool found_short_lag(const answer_t *answer, double sample_rate_hz) {
+    bool found = false;
+    for (size_t i = 0; i < answer->findings; i++) {
+        const model_block_t *block = model_find(&answer->model, answer->finding[i].block->name);
+        const lag_t lag = answer->finding[i].block->lag;
+        const double number = block != NULL && lag != LAG_NONE ? block->parameter[0].value[0] : 0.0;
+        const double lag_s = lag == LAG_LOW_PASS && number > 0.0 ? 1.0 / (2.0 * M_PI * number) : number;
+        found = found || (lag != LAG_NONE && lag_s * sample_rate_hz < 1.0);
+    }
+    return found;
+}
+
+/*
+ * A drive that jumps from sample to sample may be held between them, or be a line whose jumps came at any time since
+ * the last sample: readings alone decide it, beside all that was found. It is looked at only where it makes a
+ * difference.
+ */
+static bool find_beside_held(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
+                             failure_t *failure) {
+    bool any = false, line;
+    if (!(faults_some_suspected(&run->faults) ? find_beside_suspected : find_and_account)(given, recordings, count, run,
+                                                                                          failure)) {
+        return false;
+    }
+    for (size_t i = 0; i < run->looked_at; i++) {
+        any = any || looks_held(&run->looks[i], &recordings[i]);
+    }
+    const verdict_t verdict = run->answer.verdict;
+    if (!any || (verdict != PARTLY_EXPLAINED && verdict != UNKNOWN_PHYSICS &&
+                 !found_short_lag(&run->answer, recordings[0].sample_rate_hz))) {
+        return true;
+    }
+    recording_t *held = copies_of(recordings, count);
     for (size_t i = 0; i < count; i++) {
-        as_they_are[i].whole = NULL;
-        recording_free(&as_they_are[i]);
+        held[i].held = looks_held(&run->looks[i], &recordings[i]) || recordings[i].held;
     }
-    free(as_they_are);
-    return both;
+    diagnosis_run_t other = *run;
+    const bool good = find_both_ways(given, recordings, held, count, run, &other, &line, failure);
+    free_copies(held, count);
+    return good;
 }
 
 bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, size_t most_samples,
@@ -217,9 +285,8 @@ bool diagnosis_run(const model_t *given, recording_t *recordings, size_t count, 
     }
     held_readings_t *held = leave_copies_out(recordings, count);
     excerpt(recordings, count, most_samples != 0 ? most_samples : (size_t)threshold.most_samples);
-    const bool good = look_first(recordings, count, held, run, failure) &&
-                      (faults_some_suspected(&run->faults) ? find_beside_suspected
-                                                           : find_and_account)(given, recordings, count, run, failure);
+    const bool good =
+        look_first(recordings, count, held, run, failure) && find_beside_held(given, recordings, count, run, failure);
     free(held);
     if (!good) {
         look_away(run);

@@ -3,6 +3,7 @@
 #include "diagnosis/noise/lattice.h"
 #include "diagnosis/noise/line_clock.h"
 #include "diagnosis/question/baseline.h"
+#include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <math.h>
 #include <stdlib.h>
@@ -136,12 +137,30 @@ bool question_noise(question_t *question, const model_t *model, failure_t *failu
             line_clock_set(question->recordings, &question->samples, residual, question->line_hz,
                            question->setting.lines);
         }
-        good = baseline_noise(&question->samples, model, &question->setting, &question->noise, failure);
+        if (question->heard_noise.samples > 0) {
+            question->noise = question->heard_noise;
+        } else {
+            good = baseline_noise(&question->samples, model, &question->setting, &question->noise, failure);
+        }
         count_steps_as_noise(question, &question->noise);
     }
     free(simulated);
     free(residual);
     return good;
+}
+
+bool question_rests_quieter(const question_t *question, const model_t *model, noise_t *noise) {
+    failure_t refusal;
+    double *left = samples_column(&question->samples);
+    bool quieter =
+        question->noise.at_rest && !question->coarse && samples_simulate(&question->samples, model, left, &refusal);
+    if (quieter) {
+        samples_residual(&question->samples, left, left);
+        quieter = noise_at_rest(&question->samples, left, question->line_hz, question->setting.lines, noise) &&
+                  threshold.quieter * noise->rms_um < question->noise.rms_um;
+    }
+    free(left);
+    return quieter;
 }
 
 /* Where the drive never rests, the operator says better what noise is. */

@@ -13,6 +13,7 @@ typedef struct question {
     recording_t *recordings; /**< as they were given, but for clock_s (line_clock.h); their columns are the caller's */
     samples_t samples;       /**< of these */
     noise_t noise;
+    noise_t heard_noise; /**< at rest, beside the answer of a diagnosis before; samples 0: none */
     bool model_given;
     probe_seen_t seen;             /**< by the look; all 0: it was not asked */
     double step_um, step_sigma_um; /**< of the converter, 0: none to be seen */
@@ -36,6 +37,10 @@ bool question_begin(question_t *question, const model_t *model, const recording_
 
 /** The noise, with a model that explains the recordings as far as any does by now. */
 bool question_noise(question_t *question, const model_t *model, failure_t *failure);
+
+/** Whether what rings or creeps into the rests was taken for most of their noise: beside what this model explains of
+ * the readings, the rests are quieter by threshold.quieter. *noise is what they have then. */
+bool question_rests_quieter(const question_t *question, const model_t *model, noise_t *noise);
 
 /** What the operator says, in the place of the chain's hysteresis, and its noise. beside: fitted to the question's
  * samples, or empty. Where the drive never rests, the noise was found beside a model of few numbers, and what that
