@@ -160,9 +160,14 @@ static json_t *other_shape_to_json(const answer_t *answer) {
 /* What the drive does between samples, as the answer takes it. */
 static json_t *between_to_json(const answer_t *answer) {
     const recording_t *first = &answer->question->samples.recordings[0];
+    drive_between_t said;
+    failure_t ignored;
+    const bool known = recording_drive_between(first, &said, &ignored) && said != BETWEEN_UNKNOWN;
     return json_pack("{s:b, s:o, s:s}", "held", (int)first->held, "displacement_sampled_after_s",
                      first->held ? json_real(first->held_since / first->sample_rate_hz) : json_null(), "from",
-                     first->held ? "header" : "interpolation");
+                     !first->held ? "interpolation"
+                     : known      ? "header"
+                                  : "data");
 }
 
 static json_t *shape_to_json(const answer_t *answer) {
