@@ -247,10 +247,10 @@ static void print_motion_examples(void) {
         "    " MBPOLL "-r %d -t 4 $LINE 0\n"
         "    " MBPOLL "-r %d -t 4 $LINE 9\n\n",
         ADDRESS_watchdog, ADDRESS_command);
-    printf("Linear mode, then a setpoint of a quarter of full scale:\n\n"
-           "    " MBPOLL "-r %d -t 4 $LINE 2\n"
-           "    " MBPOLL "-r %d -t 4:int -B $LINE 536870912\n\n",
-           ADDRESS_mode, ADDRESS_setpoint);
+    printf("A setpoint of a quarter of full scale, then linear mode:\n\n"
+           "    " MBPOLL "-r %d -t 4:int -B $LINE 536870912\n"
+           "    " MBPOLL "-r %d -t 4 $LINE 2\n\n",
+           ADDRESS_setpoint, ADDRESS_mode);
     printf("A sine of 10 Hz around 0, a tenth of full scale, without end (10 Hz * 2^32 / 10 kHz = 4294967). Offset, "
            "amplitude, increment and cycles follow each other, so one request sets them; the kind and the start are "
            "one each:\n\n"

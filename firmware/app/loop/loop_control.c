@@ -299,9 +299,13 @@ bool loop_conditioning(void) {
     return conditioning;
 }
 
+/* It trips where loop_current_average is above the limit. So the limit is the largest sum that is not: its average is
+ * rounded down, and a sum below one unit does not decay any more. From 2^30 on no sum is above it. */
 void loop_set_current_limit(hyst_q31_t limit) {
+    const uint32_t units = (uint32_t)limit >> CURRENT_UNIT;
+    const bool reachable = limit > 0 && units < UINT32_MAX >> CURRENT_BITS;
     const uint32_t key = board_lock();
-    loop.current_limit = limit > 0 ? ((uint32_t)limit >> CURRENT_UNIT) << CURRENT_BITS : UINT32_MAX;
+    loop.current_limit = reachable ? ((units + 1U) << CURRENT_BITS) - 1U : UINT32_MAX;
     board_unlock(key);
 }
 
