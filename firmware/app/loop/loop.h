@@ -130,6 +130,8 @@ void loop_set_setpoint_slew(hyst_q31_t slew);
  * the harmonics of a modified play model (hyst_hysteresis_begin_sine). */
 void loop_start(const source_settings_t *settings);
 bool loop_plays(source_kind_t kind);
+/** Tones of the multisine that plays; 0 where none does. */
+uint32_t loop_tones(void);
 bool loop_conditioning(void);
 
 /** An output range within that of the image: of the one in force, and of one that is pending. False, and nothing

@@ -292,6 +292,15 @@ bool loop_plays(source_kind_t kind) {
     return playing;
 }
 
+uint32_t loop_tones(void) {
+    const uint32_t key = board_lock();
+    const source_t *source = &loop.source;
+    const bool plays = source->playing && source->settings.kind == SOURCE_MULTISINE;
+    const uint32_t tones = plays ? source->settings.tone_count : 0U;
+    board_unlock(key);
+    return tones;
+}
+
 bool loop_conditioning(void) {
     const uint32_t key = board_lock();
     const bool conditioning = loop.conditioning.leg != CONDITIONING_OFF;

@@ -82,16 +82,21 @@ void parameter_store_check(void) {
     }
 }
 
+static uint32_t cost_of_tones(uint32_t tones) {
+    return tones * HYST_COST_TONE * HYST_COST_CYCLES_PER_INSTRUCTION;
+}
+
 /* Notes what it costs, too. */
-static hyst_parameters_fault_t check_cost(const hyst_parameters_t *parameters) {
+static hyst_parameters_fault_t check_cost(const hyst_parameters_t *parameters, uint32_t tones) {
     store.status.cost = hyst_cost_cycles(parameters);
-    if (store.status.cost > store.status.cost_budget) {
+    if (store.status.cost + cost_of_tones(tones) > store.status.cost_budget) {
         return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_TOO_COSTLY, .field = HYST_FIELD_SAMPLE_RATE};
     }
     return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_OK};
 }
 
-static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_parameters_t *half) {
+/* `tones`: that play while it is adopted. */
+static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_parameters_t *half, uint32_t tones) {
     if (parameters->sample_rate_mhz != board_info.sample_rate_mhz) {
         return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_SAMPLE_RATE};
     }
@@ -107,7 +112,7 @@ static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_p
         fault = hyst_board_limits_check(&board_info.image_limits, &half->compensator);
     }
     if (fault.error == HYST_PARAMETERS_OK) {
-        fault = check_cost(parameters);
+        fault = check_cost(parameters, tones);
     }
     return fault;
 }
@@ -121,7 +126,7 @@ static bool load(hyst_parameters_t *parameters) {
     }
     hyst_parameters_fault_t fault = hyst_parameters_decode(store.active, length, parameters);
     if (fault.error == HYST_PARAMETERS_OK) {
-        fault = build(parameters, &store.half[0]);
+        fault = build(parameters, &store.half[0], 0);
     }
     store.status.fault = fault;
     store.image_given = fault.error == HYST_PARAMETERS_OK;
@@ -144,7 +149,7 @@ loop_parameters_t *parameter_store_init(uint32_t baud) {
     parameters.sample_rate_mhz = board_info.sample_rate_mhz;
     parameters.drive_park = (hyst_q31_t)((uint32_t)(board_info.safe_code ^ BOARD_CODE_MIDDLE) << 16);
     (void)hyst_parameters_encode(&parameters, store.active, PARAMETER_STORE_WORDS);
-    (void)build(&parameters, &store.half[0]); /* always valid; without it there is no loop, whatever it costs */
+    (void)build(&parameters, &store.half[0], 0); /* always valid; without it there is no loop, whatever it costs */
     store.active_cost = store.status.cost;
     store.checksum = checksum_of(&store.half[0]);
     return &store.half[0];
@@ -174,7 +179,7 @@ bool parameter_store_leaves_time_for(uint32_t baud) {
 }
 
 bool parameter_store_has_time_for(uint32_t tones) {
-    return store.active_cost + tones * HYST_COST_TONE * HYST_COST_CYCLES_PER_INSTRUCTION <= store.status.cost_budget;
+    return store.active_cost + cost_of_tones(tones) <= store.status.cost_budget;
 }
 
 bool parameter_store_image_given(void) {
@@ -221,7 +226,7 @@ void parameter_store_commit(void) {
     const uint32_t length = store.staging[WORD_LENGTH]; /* decode refuses more than HYST_IMAGE_MAX_WORDS unread */
     hyst_parameters_fault_t fault = hyst_parameters_decode(store.staging, length, &parameters);
     if (fault.error == HYST_PARAMETERS_OK) {
-        fault = build(&parameters, &store.half[store.idle]);
+        fault = build(&parameters, &store.half[store.idle], loop_tones());
     }
     if (fault.error == HYST_PARAMETERS_OK && !loop_limit_range(&store.half[store.idle])) {
         fault = (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_DRIVE_PARK};

@@ -8,7 +8,7 @@
  * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE), park within the output range that was set by registers
  * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows (hyst/board_limits.h). Its worst sample must fit a
  * period at the processor's present clock and a byte of the line (HYST_PARAMETERS_TOO_COSTLY, HYST_FIELD_SAMPLE_RATE;
- * hyst/cost.h). What is stored is checked likewise at start.
+ * hyst/cost.h), beside the tones of a multisine that plays. What is stored is checked likewise at start.
  *
  * Main loop only.
  */
