@@ -144,6 +144,32 @@ static modbus_exception_t decode_write(span_t span, const uint16_t values[], uin
     return MODBUS_OK;
 }
 
+/* Whether the capture can be read once this is written, which goes to the table. */
+static modbus_exception_t check_capture_after(span_t written, const uint16_t values[]) {
+    uint32_t candidate[REGISTER_COUNT];
+    control_refresh(value);
+    memcpy(candidate, value, sizeof candidate);
+    const modbus_exception_t refusal = decode_write(written, values, candidate);
+    if (refusal != MODBUS_OK) {
+        return refusal;
+    }
+    return control_leaves_capture_readable(candidate) ? MODBUS_OK : MODBUS_DEVICE_FAILURE;
+}
+
+modbus_exception_t registers_check_read_after(uint16_t address, uint16_t count, uint16_t written, uint16_t write_count,
+                                              const uint16_t values[]) {
+    const modbus_exception_t now = registers_check_read(address, count);
+    if (now == MODBUS_ILLEGAL_ADDRESS || !register_blocks_hold(address, count) || !register_blocks_capture(address)) {
+        return now;
+    }
+    const modbus_exception_t refusal = registers_check_write(written, write_count);
+    if (refusal != MODBUS_OK || register_blocks_hold(written, write_count)) {
+        return refusal != MODBUS_OK ? refusal : now;
+    }
+    const span_t span = {written, (uint32_t)written + write_count};
+    return check_capture_after(span, values);
+}
+
 static modbus_exception_t check_locks(span_t span, const uint32_t candidate[REGISTER_COUNT]) {
     modbus_exception_t refusal = MODBUS_OK;
     for (unsigned i = 0; i < REGISTER_COUNT && refusal == MODBUS_OK; i++) {
