@@ -4,7 +4,8 @@
 #include "hyst/cost.h"
 #include <string.h>
 
-#define WORD_LENGTH 2U /* hyst/parameters.h: word 2 is the length */
+#define WORD_LENGTH  2U /* hyst/parameters.h: word 2 is the length */
+#define MHZ_TIMES_US 1000000000U
 
 /* How far a checksum has come. */
 typedef struct {
@@ -17,10 +18,11 @@ static struct {
     uint32_t staging[PARAMETER_STORE_WORDS];
     uint32_t active[PARAMETER_STORE_WORDS];
     loop_parameters_t half[2];
-    uint32_t checksum; /* of the other half */
-    walk_t walk;       /* through it, again and again */
-    uint32_t walked;   /* loop_samples at its last portion */
-    unsigned idle;     /* the half that the loop does not use */
+    uint32_t checksum;    /* of the other half */
+    walk_t walk;          /* through it, again and again */
+    uint32_t walked;      /* loop_samples when its last portion was due */
+    uint32_t check_every; /* samples */
+    unsigned idle;        /* the half that the loop does not use */
     bool image_given;
     uint32_t active_cost; /* cycles */
     parameter_store_status_t status;
@@ -68,17 +70,24 @@ bool parameter_store_whole(void) {
     return checksum_of(&store.half[1U - store.idle]) == store.checksum;
 }
 
-void parameter_store_check(void) {
-    const uint32_t now = loop_samples();
-    if (now - store.walked < PARAMETER_STORE_CHECK_EVERY) {
-        return;
-    }
-    store.walked = now;
+static void check_on(void) {
     if (!walk_on(&store.walk, &store.half[1U - store.idle])) {
         if (store.walk.checksum != store.checksum) {
             loop_image_damaged();
         }
         store.walk = (walk_t){0};
+    }
+}
+
+void parameter_store_check(void) {
+    const uint32_t now = loop_samples();
+    const uint32_t most = PARAMETER_STORE_CHECK_BEHIND * store.check_every; /* two passes: no need for more */
+    if (now - store.walked > most) {
+        store.walked = now - most;
+    }
+    for (unsigned i = 0; i < PARAMETER_STORE_CHECK_MOST && now - store.walked >= store.check_every; i++) {
+        store.walked += store.check_every;
+        check_on();
     }
 }
 
@@ -138,6 +147,7 @@ loop_parameters_t *parameter_store_init(uint32_t baud) {
     hyst_parameters_t parameters;
     memset(&store, 0, sizeof store);
     store.idle = 1;
+    store.check_every = (uint32_t)((uint64_t)board_info.sample_rate_mhz * PARAMETER_STORE_CHECK_US / MHZ_TIMES_US);
     parameter_store_set_rate(baud);
     if (load(&parameters)) {
         store.active_cost = store.status.cost;
