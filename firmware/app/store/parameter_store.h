@@ -66,10 +66,10 @@ bool parameter_store_whole(void);
 /** Each turn of the main loop: the same in portions, one for each PARAMETER_STORE_CHECK_US that have gone by, beginning
  * again at the end. A turn that comes late, as one that has sent an answer, makes up for it, some portions at a time.
  * The loop trips when what has been gone through is not what it was (loop_image_damaged): at most two passes after the
- * change and the time of an answer. Calculated for a Cortex-M4 at 168 MHz: 6.3 KB in portions of 60 bytes, so a pass
- * has 109 of them and takes 0.09 s; an answer of 256 bytes takes 0.03 s at 115200 baud and 0.27 s at 9600. There what
- * has to be made up for, 334 portions of 30 us (2600 instructions of 2 cycles), takes most of the time between two
- * answers of a master that never pauses, and longer where samples take half of it: 0.6 s. */
+ * change and the time of an answer. Calculated for a Cortex-M4 at 168 MHz: 6.3 KB in portions of 60 bytes are 109 of
+ * them, so a pass takes 0.09 s. An answer of 256 bytes takes 0.03 s at 115200 baud and 0.27 s at 9600. A portion takes
+ * 30 us: 2600 instructions of 2 cycles. So 334 of them have to be made up for at 9600 baud. A master that never pauses
+ * leaves little more time than that between two answers. Where samples take half of it, a change is found in 0.6 s. */
 void parameter_store_check(void);
 #define PARAMETER_STORE_CHECK_US 800U
 /** Portions that a turn makes up for at most, and how many it may be behind. */
