@@ -27,6 +27,7 @@ bool amplifier_serve(void) {
         accepted = modbus_server_accepted();
         loop_master_heard();
     }
+    loop_settle();
     event_log_poll();
     parameter_store_check();
     /* Here the main loop lives, and this asks whether the interrupt does. */

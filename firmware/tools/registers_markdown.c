@@ -139,10 +139,17 @@ static void print_duties(void) {
         "2. Commit an image (`staging`, command 1). The output ramps to its `drive_park`.\n"
         "3. Arm (command 9) and read `amplifier_state` until it is 3, hold: precharge takes %u ms, and longer, at "
         "most %u ms, while the self test at its end fails.\n"
-        "4. Set a mode, a setpoint, start a source, condition.\n"
+        "4. Write a `setpoint`, then a `mode`: the output goes there from where it rests. A mode alone moves nothing. "
+        "Start a source, condition.\n"
         "5. Go on talking. Outside of park some request has to be accepted within `watchdog` milliseconds, %u unless "
         "it is set; the sample interrupt counts them, in periods, missed ones too.\n"
         "6. Disarm (command 10): ramp to park, then off.\n\n"
+        "A mode that follows on park begins with the reference that belongs to where the output rests: in direct mode "
+        "that drive, in linear mode what makes it, in compensate mode the position that the model has there. If none "
+        "was written, that is the `setpoint`, too. Where `reference_low`, `reference_high` or full scale do not have "
+        "it, the nearest one is taken, and the output goes there by `transition_slew`. A mode that is taken while the "
+        "output is on its way to park holds it where it is; in precharge and while conditioning it begins at park. A "
+        "setpoint from before a fault, a parking, a disarming or a command 3 is none any more.\n\n"
         "After a fault that trips, `amplifier_state` is 6: the output ramps to park, beginning with the sample in "
         "which the fault is found, and the stage is disabled there. The ramp is as fast as `transition_slew`, and no "
         "slower than the board wants (half a second for the whole range): so the output is safe half a second after a "
@@ -162,7 +169,8 @@ static void print_duties(void) {
         "| "
         "the stage is disabled; the drive has not left park |\n"
         "| the image in force is not what was committed: its coefficients in memory have changed | when it is armed, "
-        "and within %u ms at 10 kHz while it runs | the stage is not enabled, or ramp without the compensator; push "
+        "and within %u ms while it runs (calculated; 600 ms at 9600 baud, while a master reads without a pause) | the "
+        "stage is not enabled, or ramp without the compensator; push "
         "the image again |\n"
         "| the main loop stands still | after %u ms | ramp from that sample on; then the hardware watchdog restarts, "
         "`reset_cause` 4 |\n"
@@ -240,10 +248,10 @@ static void print_motion_examples(void) {
         "    " MBPOLL "-r %d -t 4 $LINE 0\n"
         "    " MBPOLL "-r %d -t 4 $LINE 9\n\n",
         ADDRESS_watchdog, ADDRESS_command);
-    printf("Linear mode, then a setpoint of a quarter of full scale:\n\n"
-           "    " MBPOLL "-r %d -t 4 $LINE 2\n"
-           "    " MBPOLL "-r %d -t 4:int -B $LINE 536870912\n\n",
-           ADDRESS_mode, ADDRESS_setpoint);
+    printf("A setpoint of a quarter of full scale, then linear mode:\n\n"
+           "    " MBPOLL "-r %d -t 4:int -B $LINE 536870912\n"
+           "    " MBPOLL "-r %d -t 4 $LINE 2\n\n",
+           ADDRESS_setpoint, ADDRESS_mode);
     printf("A sine of 10 Hz around 0, a tenth of full scale, without end (10 Hz * 2^32 / 10 kHz = 4294967). Offset, "
            "amplitude, increment and cycles follow each other, so one request sets them; the kind and the start are "
            "one each:\n\n"

@@ -218,6 +218,22 @@ static void test_clear_needs_its_key_and_a_lock_needs_none(void) {
     TEST_ASSERT_TRUE(broadcast_command(COMMAND_DISARM));
 }
 
+/* For being broadcast, even where the amplifier could not do it now, or never. */
+static void test_what_may_not_be_broadcast_is_refused_for_that(void) {
+    static const unsigned commands[] = {COMMAND_START, COMMAND_CONDITION, COMMAND_ARM, COMMAND_SAVE, 77};
+    const board_start_t start = {.reset_cause = RESET_POWER};
+    fake_store_clear();
+    fake_board_start(&start); /* off, and without an image */
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        TEST_ASSERT_FALSE(broadcast_command(commands[i]));
+        expect_refused_as_broadcast(ADDRESS_command, "command");
+    }
+    TEST_ASSERT_FALSE(broadcast_value(ADDRESS_mode, 1, HYST_MODE_DIRECT));
+    expect_refused_as_broadcast(ADDRESS_mode, "mode");
+    TEST_ASSERT_FALSE(broadcast(BYTES(5, 0, 0, 0xFF, 0)));
+    expect_refused_as_broadcast(ADDRESS_command, "coil");
+}
+
 static void test_no_key_is_taken_from_a_broadcast(void) {
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_unlock, 0));
     TEST_ASSERT_FALSE(broadcast_value(ADDRESS_unlock, 1, CONTROL_KEY_PARAMETERS));
@@ -287,6 +303,7 @@ int main(void) {
     RUN_TEST(test_stop_leads_out_of_a_fault_and_no_farther);
     RUN_TEST(test_latch_is_of_the_instant_of_the_broadcast);
     RUN_TEST(test_clear_needs_its_key_and_a_lock_needs_none);
+    RUN_TEST(test_what_may_not_be_broadcast_is_refused_for_that);
     RUN_TEST(test_no_key_is_taken_from_a_broadcast);
     RUN_TEST(test_every_function_that_writes_has_the_same_rule);
     RUN_TEST(test_a_broadcast_is_refused_as_a_whole);

@@ -134,6 +134,42 @@ static void test_a_multisine_is_refused_with_more_tones_than_there_is_time_for(v
     TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_command, COMMAND_START));
 }
 
+/* An image that is committed while tones play has to leave time for them; where it does not, stopping them first helps.
+ */
+static void test_an_image_has_to_leave_time_for_the_tones_that_play(void) {
+    enum { TONES = 5 };
+    const hyst_parameters_t small = plays(10), large = plays(256);
+    const uint32_t tone = HYST_COST_TONE * HYST_COST_CYCLES_PER_INSTRUCTION;
+    uint32_t core_hz = 16000000;
+    while (budget(core_hz) < hyst_cost_cycles(&large) + TONES * tone - 1U) {
+        core_hz += 10000;
+    }
+    for (unsigned room = 0; room < 2; room++) {
+        fake_core_hz = room == 0 ? core_hz - 10000U : core_hz + 100000U;
+        fake_board_power_on(0);
+        TEST_ASSERT_EQUAL(HYST_PARAMETERS_OK, commit(&small));
+        (void)fake_board_run(10);
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_mode, HYST_MODE_COMPENSATE));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source, SOURCE_MULTISINE));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_increment, 1U << 20));
+        for (unsigned i = 0; i < TONES; i++) {
+            const uint32_t words[] = {i + 1U, 1000, 0};
+            master_write_words((uint16_t)(ADDRESS_tones + 6U * i), words, 3);
+        }
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_source_tones, TONES));
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_command, COMMAND_START));
+        (void)fake_board_run(10);
+        TEST_ASSERT_EQUAL(room == 0 ? HYST_PARAMETERS_TOO_COSTLY : HYST_PARAMETERS_OK, commit(&large));
+        TEST_ASSERT_EQUAL_UINT32(hyst_cost_cycles(&large), master_get(INDEX_image_cost));
+        TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_RUN, master_get(INDEX_amplifier_state));
+        (void)fake_board_run(1000);
+        TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_command, COMMAND_STOP));
+        TEST_ASSERT_EQUAL(HYST_PARAMETERS_OK, commit(&large));
+        (void)fake_board_run(1000);
+        TEST_ASSERT_EQUAL(room == 0 ? MODBUS_ILLEGAL_VALUE : MODBUS_OK, master_set(INDEX_command, COMMAND_START));
+    }
+}
+
 static unsigned late_samples(unsigned most, bool (*go_on)(void)) {
     const loop_input_t late = {.faults = FAULT_OVERRUN, .position_code = BOARD_CODE_MIDDLE};
     unsigned samples = 0;
@@ -178,6 +214,7 @@ int main(void) {
     RUN_TEST(test_an_image_is_accepted_where_its_worst_sample_fits_the_period);
     RUN_TEST(test_a_stored_image_that_no_longer_fits_is_not_started_with);
     RUN_TEST(test_a_multisine_is_refused_with_more_tones_than_there_is_time_for);
+    RUN_TEST(test_an_image_has_to_leave_time_for_the_tones_that_play);
     RUN_TEST(test_late_samples_of_an_adoption_do_not_trip_and_others_do);
     return UNITY_END();
 }

@@ -76,6 +76,10 @@ static void test_one_answer_to_each_request(void) {
         fake_board_power_on(0);
         TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, 100));
         TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, 100));
+        if (requests[i].pdu[0] == 6) { /* a line that has returned an answer as late, which a master's copy cannot be */
+            uint8_t first[MODBUS_FRAME_MAX];
+            TEST_ASSERT_EQUAL_UINT(1, converse(first, request(first, requests[0].pdu, 5), FAKE_SILENCE_US));
+        }
         TEST_ASSERT_EQUAL_UINT(1, converse(frame, length, FAKE_SILENCE_US));
         /* Later than an echo can be: what is no request is still not answered endlessly. */
         const unsigned late = converse(frame, length, 20 * FAKE_SILENCE_US);
@@ -254,6 +258,52 @@ static void test_a_line_without_an_echo_loses_no_repeated_write(void) {
     }
 }
 
+/* Nothing but the same write, from the start on, or once noise has followed on an answer: by a master that leaves a
+ * silence after each answer. An echo begins at once. */
+static void test_no_repeated_write_is_lost_by_a_master_that_keeps_the_silence(void) {
+    static const uint8_t write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1}, noise[] = {0x55, 0xAA};
+    static const uint32_t pauses[] = {FAKE_SILENCE_US, FAKE_SILENCE_US + BYTE_US, 2 * FAKE_SILENCE_US - BYTE_US,
+                                      3 * FAKE_SILENCE_US};
+    for (size_t i = 0; i < sizeof pauses / sizeof pauses[0]; i++) {
+        uint8_t frame[MODBUS_FRAME_MAX];
+        const size_t length = request(frame, write, sizeof write);
+        fake_board_power_on(0);
+        be_silent(2 * FAKE_SILENCE_US);
+        for (unsigned times = 0; times < 20; times++) {
+            const unsigned before = fake_board.frames_sent;
+            ask(frame, length, pauses[i]);
+            TEST_ASSERT_EQUAL_UINT_MESSAGE(before + 1U, fake_board.frames_sent, "a write was lost");
+            if (times % 5 == 4) {
+                arrive(noise, sizeof noise);
+                be_silent(2 * FAKE_SILENCE_US);
+                (void)amplifier_serve();
+            }
+        }
+        TEST_ASSERT_EQUAL_UINT32(0, master_get(INDEX_line_echoes));
+    }
+}
+
+/* What holds for a hasty master on a line that has not shown yet that it has no echo: its copy is dropped, and the
+ * repetition after its timeout is served. */
+static void test_a_hasty_copy_is_dropped_until_the_line_has_shown_that_it_has_no_echo(void) {
+    static const uint8_t write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    const size_t length = request(frame, write, sizeof write);
+    be_silent(2 * FAKE_SILENCE_US);
+    ask(frame, length, 100);
+    const unsigned before = fake_board.frames_sent;
+    ask(frame, length, 10 * FAKE_SILENCE_US);
+    TEST_ASSERT_EQUAL_UINT(before, fake_board.frames_sent);
+    ask(frame, length, FAKE_SILENCE_US);
+    TEST_ASSERT_EQUAL_UINT(before + 1U, fake_board.frames_sent);
+    meet();
+    be_silent(FAKE_SILENCE_US);
+    for (unsigned times = 2; times < 10; times++) {
+        ask(frame, length, 100);
+        TEST_ASSERT_EQUAL_UINT(before + 4U + times, fake_board.frames_sent);
+    }
+}
+
 /* And one that begins to echo later on, slowly: the writes that a dead master has left behind may go round until
  * another answer comes back, but they are no sign of its life. */
 static void test_a_line_that_begins_to_echo_does_not_feed_the_timeout(void) {
@@ -323,6 +373,8 @@ int main(void) {
     RUN_TEST(test_an_echo_does_not_feed_the_timeout);
     RUN_TEST(test_an_echo_behind_what_waited_for_the_answer);
     RUN_TEST(test_a_line_without_an_echo_loses_no_repeated_write);
+    RUN_TEST(test_no_repeated_write_is_lost_by_a_master_that_keeps_the_silence);
+    RUN_TEST(test_a_hasty_copy_is_dropped_until_the_line_has_shown_that_it_has_no_echo);
     RUN_TEST(test_a_line_that_begins_to_echo_does_not_feed_the_timeout);
     RUN_TEST(test_the_end_of_an_echo_is_none_to_be_trusted);
     RUN_TEST(test_what_comes_while_it_is_sent_is_an_echo);

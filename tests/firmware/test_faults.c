@@ -381,7 +381,7 @@ static bool image_changes_in_use(void) {
         }
         loop_master_heard();
         (void)amplifier_serve();
-        run(PARAMETER_STORE_CHECK_EVERY);
+        run(PARAMETER_STORE_CHECK_US / FAKE_SAMPLE_US);
     }
     loop.active->compensator = before; /* what it does with other numbers is of no interest here */
     return state() == AMPLIFIER_FAULT && parked_by(FAULT_IMAGE);
@@ -449,7 +449,8 @@ static const struct {
     {"image in force changes in memory", "stage not enabled when it is armed; out only by another commit",
      image_changes_in_memory, false},
     {"image in force changes in memory while it runs",
-     "found within half a second at 10 kHz; ramp to park without the compensator; out only by another commit",
+     "found within half a second, also beside answers without a pause; ramp to park without the compensator; out only "
+     "by another commit",
      image_changes_in_use, false},
     {"main loop stands still", "ramp to park after 0.4 s, the stage off there; then the hardware watchdog restarts",
      main_loop_stands_still, false},

@@ -2,6 +2,7 @@
 /* The Modbus server: every function and every exception, framing by silence, and what the line can do to frames. */
 #include "amplifier.h"
 #include "fake_board.h"
+#include "loop/capture.h"
 #include "master.h"
 #include "unity.h"
 #include <string.h>
@@ -44,6 +45,33 @@ static void test_function_16_writes_registers(void) {
 
 static void test_function_23_writes_before_it_reads(void) {
     ask(BYTES(23, 0x01, 0x02, 0, 2, 0x01, 0x02, 0, 2, 4, 0x0A, 0x0B, 0x0C, 0x0D), BYTES(23, 4, 0x0A, 0x0B, 0x0C, 0x0D));
+}
+
+/* What it reads is what there is after its write: a capture that it arms is none to be read, one that it ends is. */
+static void test_function_23_reads_a_capture_as_its_write_leaves_it(void) {
+    static const uint16_t longer = CAPTURE_WORDS / 3 + 1;
+    const uint8_t arms[] = {23, 0x40, 0, 0, 1, 0x01, 0, 0, 1, 2, 0, COMMAND_ARM_CAPTURE};
+    const uint8_t ends[] = {23, 0x40, 0, 0, 1, 0x01, 0, 0, 1, 2, 0, COMMAND_END_CAPTURE};
+    const uint8_t latches[] = {23, 0x40, 0, 0, 1, 0x01, 0, 0, 1, 2, 0, COMMAND_LATCH};
+    const uint8_t others[] = {23, 0x40, 0, 0, 1, 0x10, 0, 0, 2, 4, 0, 1, 0, 2};
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, 100));
+    ask(latches, sizeof latches, BYTES(23, 2, 0, 0));
+    ask(arms, sizeof arms, BYTES(0x97, 4));
+    TEST_ASSERT_EQUAL_MESSAGE(CAPTURE_IDLE, capture_state(), "what is refused has changed nothing");
+    master_command(COMMAND_ARM_CAPTURE);
+    (void)fake_board_run(10);
+    ask(latches, sizeof latches, BYTES(0x97, 4));
+    ask(others, sizeof others, BYTES(0x97, 4));
+    ask(BYTES(23, 0x40, 0, 0, 1, 0x01, 0, 0, 1, 2, 0, 99), BYTES(0x97, 3));
+    ask(BYTES(23, 0x40, 0, 0, 1, 0, 0, 0, 1, 2, 0, 1), BYTES(0x97, 2));
+    ask(ends, sizeof ends, BYTES(23, 2, 0, 0));
+    TEST_ASSERT_EQUAL(CAPTURE_DONE, capture_state());
+    ask(others, sizeof others, BYTES(23, 2, 0, 0));
+    /* One that goes round in the buffer is read while it runs. */
+    TEST_ASSERT_EQUAL(MODBUS_OK, master_set(INDEX_capture_length, longer));
+    ask(arms, sizeof arms, BYTES(23, 2, 0, 0));
+    TEST_ASSERT_EQUAL(CAPTURE_ARMED, capture_state());
+    ask(latches, sizeof latches, BYTES(23, 2, 0, 0));
 }
 
 static void test_function_23_refused_in_one_half_does_nothing(void) {
@@ -323,6 +351,7 @@ int main(void) {
     RUN_TEST(test_function_6_writes_one_register);
     RUN_TEST(test_function_16_writes_registers);
     RUN_TEST(test_function_23_writes_before_it_reads);
+    RUN_TEST(test_function_23_reads_a_capture_as_its_write_leaves_it);
     RUN_TEST(test_function_23_refused_in_one_half_does_nothing);
     RUN_TEST(test_identification_stream_and_individual);
     RUN_TEST(test_unknown_functions);

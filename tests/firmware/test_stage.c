@@ -258,8 +258,8 @@ static void test_an_image_that_changes_in_use_ramps(void) {
         while (state() == AMPLIFIER_HOLD) {
             (void)amplifier_serve();
             run(1);
-            TEST_ASSERT_LESS_THAN_UINT(2U * PARAMETER_STORE_CHECK_EVERY * (sizeof(loop_parameters_t) / 60U + 5U),
-                                       ++samples);
+            TEST_ASSERT_LESS_THAN_UINT(
+                2U * (PARAMETER_STORE_CHECK_US / FAKE_SAMPLE_US) * (sizeof(loop_parameters_t) / 60U + 5U), ++samples);
         }
         TEST_ASSERT_EQUAL_HEX32(FAULT_IMAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
         expect_a_ramp_with_the_stage_on(SLEW);
@@ -273,10 +273,63 @@ static void test_commits_are_no_damage(void) {
         commit(i % 2U == 0 ? ELSEWHERE : PARK, SLEW);
         for (unsigned turn = 0; turn < 37U * (i + 1U); turn++) {
             (void)amplifier_serve();
-            run(PARAMETER_STORE_CHECK_EVERY);
+            run(PARAMETER_STORE_CHECK_US / FAKE_SAMPLE_US);
         }
         TEST_ASSERT_EQUAL_UINT32(AMPLIFIER_HOLD, state());
     }
+}
+
+/* Samples that an answer takes, in which the main loop waits for it. */
+static unsigned sending;
+
+static void send_for_long(const uint8_t *frame, size_t length) {
+    (void)frame;
+    (void)length;
+    fake_board.main_stalls = true;
+    run(sending);
+    fake_board.main_stalls = false;
+}
+
+/* A master reads as much as fits into an answer, and again as soon as it has it: at 115200 and at 9600 baud. */
+static void test_a_damaged_image_is_found_in_time_on_a_busy_line(void) {
+    static const unsigned bauds[] = {115200, 9600};
+    static const uint8_t pdu[] = {3, ADDRESS_active >> 8, ADDRESS_active & 0xFF, 0, MODBUS_READ_MAX};
+    uint8_t frame[MODBUS_FRAME_MAX];
+    const size_t length = master_frame(frame, MASTER_SERVER, pdu, sizeof pdu);
+    fake_board_sends = send_for_long;
+    for (size_t i = 0; i < 2; i++) {
+        hold_somewhere(SLEW);
+        const uint32_t byte_us = 10000000U / bauds[i];
+        sending = 256U * byte_us / FAKE_SAMPLE_US;
+        unsigned samples = 0;
+        for (unsigned request = 0; request < 1000U && !loop_in_fault(); request++) {
+            if (request == 5U) {
+                loop.active->compensator.linear_offset ^= 1;
+                samples = 0;
+            }
+            const uint32_t before = loop_samples();
+            for (size_t at = 0; at < length; at++) {
+                modbus_server_receive(frame[at]);
+                for (unsigned turn = 0; turn <= byte_us / FAKE_SAMPLE_US; turn++) {
+                    run(1);
+                    (void)amplifier_serve();
+                }
+            }
+            const unsigned sent = fake_board.frames_sent;
+            for (unsigned turn = 0; turn < 100U && fake_board.frames_sent == sent; turn++) {
+                run(1);
+                (void)amplifier_serve();
+            }
+            TEST_ASSERT_EQUAL_UINT(sent + 1U, fake_board.frames_sent);
+            samples += loop_samples() - before;
+        }
+        TEST_ASSERT_TRUE(loop_in_fault());
+        TEST_ASSERT_EQUAL_HEX32(FAULT_IMAGE, 1U << (master_get(INDEX_trip_cause) - 1U));
+        TEST_ASSERT_LESS_OR_EQUAL_UINT32(500U * 1000U / FAKE_SAMPLE_US, samples);
+        const board_start_t start = {.reset_cause = RESET_POWER, .starts = 1};
+        fake_board_start(&start);
+    }
+    fake_board_sends = NULL;
 }
 
 /* The main loop makes no turn any more. Ramp and stage off, well before the hardware watchdog bites, which is fed until
@@ -438,6 +491,7 @@ int main(void) {
     RUN_TEST(test_a_stop_keeps_to_the_images_slew);
     RUN_TEST(test_an_image_that_changes_in_use_ramps);
     RUN_TEST(test_commits_are_no_damage);
+    RUN_TEST(test_a_damaged_image_is_found_in_time_on_a_busy_line);
     RUN_TEST(test_a_main_loop_that_stands_still);
     RUN_TEST(test_a_main_loop_that_stands_still_within_a_stop);
     RUN_TEST(test_missed_periods_count_for_a_stall);

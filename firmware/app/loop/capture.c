@@ -176,10 +176,14 @@ uint16_t capture_first(void) {
     return (uint16_t)(*(volatile uint32_t *)&capture.first / capture.width);
 }
 
+bool capture_readable_while_filled(const capture_settings_t *settings) {
+    return settings->length > capture_capacity(settings->signals);
+}
+
 bool capture_readable(void) {
     const capture_state_t state = capture_state();
     const bool filling = state == CAPTURE_ARMED || state == CAPTURE_RUNNING;
-    return !filling || capture.settings.length > capture_capacity(capture.settings.signals);
+    return !filling || capture_readable_while_filled(&capture.settings);
 }
 
 capture_progress_t capture_progress(void) {

@@ -105,6 +105,9 @@ uint16_t capture_frames(void);
 /** Main loop: place of frame 0. */
 uint16_t capture_first(void);
 
+/** A capture of these settings that is armed or running: may the block be read? */
+bool capture_readable_while_filled(const capture_settings_t *settings);
+
 /** Main loop: may the block be read? Not while a capture that fits into the buffer is armed or running. */
 bool capture_readable(void);
 

@@ -31,6 +31,7 @@ void loop_init(loop_parameters_t *parameters, uint16_t faults) {
     loop.drive_low = HYST_Q31_MIN;
     loop.drive_high = HYST_Q31_MAX;
     loop.drive_slew = board_info.drive_slew_max;
+    loop.setpoint_given = loop.settles = false;
     loop.conditioning.leg = CONDITIONING_OFF;
     loop.conditioning_rate = range_per_second();
     const hyst_q31_t park = parameters->range.park;

@@ -88,9 +88,14 @@ uint32_t loop_samples(void);
 /** Sample periods since loop_init, those without a sample included, wrapping: time. */
 uint32_t loop_periods(void);
 
-/** Requested mode; what the loop runs is park until it is ready. Other modes than park: only while armed. */
+/** Requested mode; what the loop runs is park until it is ready. Other modes than park: only while armed. From park, a
+ * mode begins with the reference at which it moves nothing (hyst_compensator_rest), as far as the reference's limits
+ * have it; that is the setpoint, too, unless one was set since the output was last parked, disarmed or stopped. */
 hyst_mode_t loop_mode(void);
 void loop_set_mode(hyst_mode_t mode);
+
+/** Each turn of the main loop: a mode that was taken on the way to park begins there, as the output does. */
+void loop_settle(void);
 
 /** A master has been heard; trips (FAULT_WATCHDOG) when that is longer ago than the timeout, outside of park. The
  * sample interrupt counts the time, in periods, missed ones included, so that a main loop that hangs trips too. 0 is
@@ -115,7 +120,8 @@ void loop_set_storing(bool storing);
 #define LOOP_DEFAULT_SLEW (HYST_Q31_MAX / 1000)
 
 /** Where the hold source goes, at most setpoint_slew (> 0) per sample. While a source plays the setpoint follows the
- * reference, so that stopping holds, and setting it has no effect. */
+ * reference, so that stopping holds, and setting it has no effect. While parked it is what was set since, for the mode
+ * to come, or else the parking drive. */
 hyst_q31_t loop_setpoint(void);
 void loop_set_setpoint(hyst_q31_t setpoint);
 void loop_set_setpoint_slew(hyst_q31_t slew);
@@ -124,6 +130,8 @@ void loop_set_setpoint_slew(hyst_q31_t slew);
  * the harmonics of a modified play model (hyst_hysteresis_begin_sine). */
 void loop_start(const source_settings_t *settings);
 bool loop_plays(source_kind_t kind);
+/** Tones of the multisine that plays; 0 where none does. */
+uint32_t loop_tones(void);
 bool loop_conditioning(void);
 
 /** An output range within that of the image: of the one in force, and of one that is pending. False, and nothing

@@ -6,6 +6,9 @@
 #include "protection/health_watch.h"
 #include "protection/model_watch.h"
 
+/* A sample that comes between is followed by none as soon: the next one is a period later. */
+#define REST_READS 3U
+
 /* The main loop's way to what the interrupt owns. */
 static uint32_t take(void) {
     const uint32_t key = board_lock();
@@ -98,16 +101,68 @@ hyst_mode_t loop_mode(void) {
     return *(volatile hyst_mode_t *)&loop.mode; /* one word: read whole. A trip writes it, too */
 }
 
+/* Whatever the mode: before the stage is on, and while conditioning, which ends there. Under board_lock. */
+static bool goes_to_park(void) {
+    return loop.power.state != POWER_ON || loop.conditioning.leg != CONDITIONING_OFF;
+}
+
+/* The reference at which this mode begins without moving anything. Not under a lock, as it takes long: read again when
+ * a sample came between. At rest, where it matters, they all have the same. */
+static hyst_q31_t reference_at_rest(hyst_mode_t mode) {
+    hyst_q31_t drive, position;
+    const loop_parameters_t *active;
+    uint32_t sample;
+    unsigned reads = 0;
+    do {
+        sample = loop_samples();
+        const uint32_t key = board_lock();
+        active = loop.active;
+        drive = goes_to_park() ? active->range.park : loop.compensator.drive;
+        board_unlock(key);
+        position = hyst_compensator_position(&active->compensator, &loop.compensator);
+        atomic_signal_fence(memory_order_seq_cst);
+        reads++;
+    } while (loop_samples() != sample && reads < REST_READS);
+    return hyst_compensator_rest(&active->compensator, mode, drive, position);
+}
+
+/* Under board_lock. */
+static void begin_at(hyst_q31_t rest) {
+    const hyst_q31_t from = hyst_clamp(rest, loop.limit.low, loop.limit.high);
+    loop.source.value = loop.reference = from;
+    if (!loop.setpoint_given) {
+        loop.source.setpoint = from;
+    }
+}
+
 /* A fault may come between the check of a request and this: then the fault has it. */
 void loop_set_mode(hyst_mode_t mode) {
+    const hyst_q31_t rest = mode != HYST_MODE_PARK && loop_mode() == HYST_MODE_PARK ? reference_at_rest(mode) : 0;
     const uint32_t key = take();
     if (mode == HYST_MODE_PARK) {
         loop_to_park();
+        loop.setpoint_given = false;
     } else if (power_armed(&loop.power)) {
         if (loop.mode == HYST_MODE_PARK) {
             loop.silence = 0;
+            loop.settles = goes_to_park();
+            begin_at(rest);
         }
         loop.mode = mode;
+    }
+    board_unlock(key);
+}
+
+void loop_settle(void) {
+    if (!loop.settles) {
+        return;
+    }
+    const hyst_mode_t mode = loop_mode();
+    const hyst_q31_t rest = mode != HYST_MODE_PARK ? reference_at_rest(mode) : 0;
+    const uint32_t key = board_lock();
+    loop.settles = loop.mode != HYST_MODE_PARK && goes_to_park();
+    if (loop.settles) {
+        begin_at(rest);
     }
     board_unlock(key);
 }
@@ -130,6 +185,7 @@ void loop_image_damaged(void) {
 void loop_disarm(void) {
     const uint32_t key = take();
     loop_to_park();
+    loop.setpoint_given = false;
     power_disarm(&loop.power);
     board_unlock(key);
 }
@@ -195,12 +251,17 @@ void loop_set_timeout(uint32_t milliseconds) {
 }
 
 hyst_q31_t loop_setpoint(void) {
-    return *(volatile hyst_q31_t *)&loop.source.setpoint; /* one word: read whole */
+    const uint32_t key = board_lock();
+    const hyst_q31_t setpoint =
+        loop.mode == HYST_MODE_PARK && !loop.setpoint_given ? loop.active->range.park : loop.source.setpoint;
+    board_unlock(key);
+    return setpoint;
 }
 
 void loop_set_setpoint(hyst_q31_t setpoint) {
     const uint32_t key = board_lock();
     loop.source.setpoint = setpoint;
+    loop.setpoint_given = true;
     board_unlock(key);
 }
 
@@ -231,6 +292,15 @@ bool loop_plays(source_kind_t kind) {
     return playing;
 }
 
+uint32_t loop_tones(void) {
+    const uint32_t key = board_lock();
+    const source_t *source = &loop.source;
+    const bool plays = source->playing && source->settings.kind == SOURCE_MULTISINE;
+    const uint32_t tones = plays ? source->settings.tone_count : 0U;
+    board_unlock(key);
+    return tones;
+}
+
 bool loop_conditioning(void) {
     const uint32_t key = board_lock();
     const bool conditioning = loop.conditioning.leg != CONDITIONING_OFF;
@@ -238,9 +308,13 @@ bool loop_conditioning(void) {
     return conditioning;
 }
 
+/* It trips where loop_current_average is above the limit. So the limit is the largest sum that is not: its average is
+ * rounded down, and a sum below one unit does not decay any more. From 2^30 on no sum is above it. */
 void loop_set_current_limit(hyst_q31_t limit) {
+    const uint32_t units = (uint32_t)limit >> CURRENT_UNIT;
+    const bool reachable = limit > 0 && units < UINT32_MAX >> CURRENT_BITS;
     const uint32_t key = board_lock();
-    loop.current_limit = limit > 0 ? ((uint32_t)limit >> CURRENT_UNIT) << CURRENT_BITS : UINT32_MAX;
+    loop.current_limit = reachable ? ((units + 1U) << CURRENT_BITS) - 1U : UINT32_MAX;
     board_unlock(key);
 }
 
@@ -273,6 +347,7 @@ void loop_stop(void) {
     loop_stop_motion();
     loop.source.value = loop.reference;
     source_stop(&loop.source); /* a setpoint that it is on its way to, too */
+    loop.setpoint_given = false;
     if (power_leave_fault(&loop.power)) {
         limit_range(loop.active); /* a fault's ramp may have been a faster one */
         loop.standing_faults &= ~TRIPS;

@@ -63,6 +63,8 @@ typedef struct {
     hyst_compensator_state_t compensator; /* it is large, and what is near the start is cheaper to get at */
     hyst_q31_t drive_low, drive_high;     /* the registers' output range, to which an image's is cut */
     hyst_q31_t drive_slew;                /* the registers' largest step, to which everything is */
+    bool setpoint_given;                  /* main loop only: since the output was last parked by a command */
+    bool settles;                         /* main loop only: a mode was taken before the output rested */
 } loop_memory_t;
 
 extern loop_memory_t loop;

@@ -97,21 +97,10 @@ static modbus_exception_t write(request_t request, uint16_t address, uint16_t co
                              : registers_write(address, count, values);
 }
 
-/* The write of functions 16 and 23: address, count, byte count, values. */
-static modbus_exception_t write_values(request_t request, uint16_t address, uint16_t count, const uint8_t *bytes) {
-    uint16_t values[MODBUS_WRITE_MAX];
+static void get_values(const uint8_t *bytes, uint16_t count, uint16_t values[]) {
     for (size_t i = 0; i < count; i++) {
         values[i] = get16(bytes + 2U * i);
     }
-    return write(request, address, count, values);
-}
-
-/* Of a request that reads and writes. All addresses come before what cannot be read now. */
-static modbus_exception_t check_both(uint16_t read, uint16_t read_count, uint16_t written, uint16_t write_count) {
-    const modbus_exception_t now = registers_check_read(read, read_count);
-    const modbus_exception_t ever =
-        now == MODBUS_DEVICE_FAILURE ? registers_check_write(written, write_count) : MODBUS_OK;
-    return ever == MODBUS_OK ? now : ever;
 }
 
 static modbus_exception_t read_registers(request_t request, reply_t *reply) {
@@ -154,7 +143,9 @@ static modbus_exception_t write_registers(request_t request, reply_t *reply) {
         request.length != 6U + 2U * (size_t)count) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    const modbus_exception_t refusal = write_values(request, get16(request.bytes + 1), count, request.bytes + 6);
+    uint16_t values[MODBUS_WRITE_MAX];
+    get_values(request.bytes + 6, count, values);
+    const modbus_exception_t refusal = write(request, get16(request.bytes + 1), count, values);
     answer_echo(request, 5U, reply);
     return refusal;
 }
@@ -171,9 +162,12 @@ static modbus_exception_t write_and_read_registers(request_t request, reply_t *r
         request.bytes[9] != 2U * write_count || request.length != 10U + 2U * (size_t)write_count) {
         return MODBUS_ILLEGAL_VALUE;
     }
-    modbus_exception_t refusal = check_both(read_address, read_count, write_address, write_count);
+    uint16_t values[MODBUS_READ_WRITE_MAX];
+    get_values(request.bytes + 10, write_count, values);
+    modbus_exception_t refusal =
+        registers_check_read_after(read_address, read_count, write_address, write_count, values);
     if (refusal == MODBUS_OK) {
-        refusal = write_values(request, write_address, write_count, request.bytes + 10);
+        refusal = write(request, write_address, write_count, values);
     }
     if (refusal == MODBUS_OK) {
         answer_registers(read_address, read_count, reply);
@@ -256,7 +250,10 @@ static modbus_exception_t mask_register(request_t request, reply_t *reply) {
     const uint16_t keep = get16(request.bytes + 3);
     const uint16_t set = get16(request.bytes + 5);
     uint16_t value = 0;
-    modbus_exception_t refusal = check_both(address, 1, address, 1);
+    modbus_exception_t refusal = registers_check_read(address, 1);
+    if (refusal == MODBUS_DEVICE_FAILURE) { /* what cannot be read now cannot be written ever */
+        refusal = registers_check_write(address, 1);
+    }
     if (refusal == MODBUS_OK) {
         registers_read(address, 1, &value);
         value = (uint16_t)((value & keep) | (set & ~(uint32_t)keep));

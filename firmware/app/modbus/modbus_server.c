@@ -9,7 +9,14 @@
 #define RING_ITEMS 1024U
 
 /* An item of the ring is a byte and what was before it. */
-enum { ITEM_AFTER_SILENCE = 0x100, ITEM_BROKEN = 0x200, ITEM_AFTER_ANSWER = 0x400, ITEM_WITHIN_ANSWER = 0x800 };
+enum {
+    ITEM_AFTER_SILENCE = 0x100,
+    ITEM_BROKEN = 0x200,
+    ITEM_AFTER_ANSWER = 0x400,
+    ITEM_WITHIN_ANSWER = 0x800,
+    ITEM_LATE = 0x1000 /* and a silence behind the answer's end: as a master has it */
+};
+#define ITEM_MARKS ((unsigned)ITEM_AFTER_SILENCE | ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER | ITEM_LATE)
 
 /* So many answers in a row that did not come back: the line has no echo. One that came back shows that it has. */
 #define ANSWERS_WITHOUT_ECHO 4U
@@ -30,6 +37,7 @@ static struct {
     bool broken;
     bool after_answer;  /* began so soon after an answer that it may be its echo */
     bool within_answer; /* or while it was being sent: it is no request */
+    bool late;          /* or a silence behind it, where a master repeats a request */
     bool repeats;       /* taken for a request, and may be an echo all the same */
     bool judges;        /* the first one after an answer, and no copy of it */
 } frame;
@@ -39,6 +47,7 @@ static uint8_t answer_bytes[MODBUS_FRAME_MAX];
 static struct {
     size_t length;        /* 0 when no frame can be its echo any more */
     unsigned unreturned;  /* in a row, at most ANSWERS_WITHOUT_ECHO */
+    bool returns_late;    /* one that is no request came back a silence behind it */
     atomic_bool expected; /* it is being sent, or has been since the last frame */
     atomic_bool sending;
     atomic_uint sent_time; /* microseconds */
@@ -62,18 +71,32 @@ static bool being_answered(void) {
     return atomic_load_explicit(&answer.sending, memory_order_acquire);
 }
 
+static uint32_t since_answer(uint32_t now) {
+    return now - atomic_load_explicit(&answer.sent_time, memory_order_acquire);
+}
+
 /* Two silences: modbus_server.h. */
 static bool may_be_echo(uint32_t now) {
     if (!atomic_load_explicit(&answer.expected, memory_order_acquire)) {
         return false;
     }
-    return being_answered() || now - atomic_load_explicit(&answer.sent_time, memory_order_acquire) <= 2U * silence_us();
+    return being_answered() || since_answer(now) <= 2U * silence_us();
+}
+
+/* Of an item that may be an echo's. By the ends of bytes and by this clock a master's first byte is always late, as it
+ * is always after a silence: line_gap_us. */
+static unsigned answer_marks(uint32_t now) {
+    if (being_answered()) {
+        return ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER;
+    }
+    const bool late = since_answer(now) > atomic_load_explicit(&line.gap_us, memory_order_relaxed);
+    return late ? ITEM_AFTER_ANSWER | ITEM_LATE : ITEM_AFTER_ANSWER;
 }
 
 static void push(uint16_t item) {
     const uint32_t now = board_microseconds();
     if (may_be_echo(now)) {
-        item |= being_answered() ? ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER : ITEM_AFTER_ANSWER;
+        item |= (uint16_t)answer_marks(now);
     }
     const uint32_t last = atomic_load_explicit(&ring.last_time, memory_order_relaxed);
     if (now - last > atomic_load_explicit(&line.gap_us, memory_order_relaxed)) {
@@ -82,7 +105,7 @@ static void push(uint16_t item) {
     item |= ring.carried;
     const unsigned written = atomic_load_explicit(&ring.written, memory_order_relaxed);
     if (written - atomic_load_explicit(&ring.read, memory_order_acquire) == RING_ITEMS) {
-        ring.carried = (uint16_t)((item & (ITEM_AFTER_SILENCE | ITEM_AFTER_ANSWER | ITEM_WITHIN_ANSWER)) | ITEM_BROKEN);
+        ring.carried = (uint16_t)((item & ITEM_MARKS) | ITEM_BROKEN);
     } else {
         ring.carried = 0;
         ring.items[written % RING_ITEMS] = item;
@@ -143,6 +166,7 @@ void modbus_server_init(const line_settings_t *settings) {
     frame.started = false;
     answer.length = 0;
     answer.unreturned = 0;
+    answer.returns_late = false;
     atomic_store(&answer.expected, false);
     atomic_store(&answer.sending, false);
     modbus_server_clear();
@@ -163,11 +187,16 @@ static void send_answer(void) {
     atomic_store_explicit(&answer.sending, false, memory_order_release);
 }
 
-/* Of a frame that begins with a copy of the answer: whether it can be a request that a master has repeated. Then the
- * line's past says whether it is one. */
+/* Of a frame that begins with a copy of the answer: whether it can be a request that a master has repeated. */
 static bool can_be_request(void) {
     const uint8_t function = answer_bytes[1];
     return !frame.within_answer && (function == 5 || function == 6 || function == 8 || function == 22);
+}
+
+/* Whether it is one. A line returns an answer at once, a master waits for a silence first: so the time says it, unless
+ * this line is known to return answers as late. What comes sooner is a hasty master's where the line has no echo. */
+static bool is_request(void) {
+    return answer.unreturned == ANSWERS_WITHOUT_ECHO || (frame.late && !answer.returns_late);
 }
 
 /* How many bytes of the frame are the last answer's echo. No later frame can be; but a frame without the mark, while
@@ -185,10 +214,12 @@ static size_t echoed(void) {
     }
     frame.judges = false;
     if (frame.length == length && can_be_request()) {
-        frame.repeats = answer.unreturned == ANSWERS_WITHOUT_ECHO;
-        return frame.repeats ? 0 : length;
+        /* On a line without bytes of others nothing comes back later than it is sent. */
+        frame.repeats = !board_info.modbus_ends_at_length && is_request();
+        return frame.repeats || board_info.modbus_ends_at_length ? 0 : length;
     }
     answer.unreturned = 0;
+    answer.returns_late = frame.late;
     return length;
 }
 
@@ -199,6 +230,8 @@ static void judge_line(bool whole) {
         answer.unreturned = 0;
     } else if (answer.unreturned < ANSWERS_WITHOUT_ECHO) {
         answer.unreturned++;
+    } else {
+        answer.returns_late = false;
     }
 }
 
@@ -240,6 +273,7 @@ static void take(uint16_t item) {
         frame.broken = false;
         frame.after_answer = (item & ITEM_AFTER_ANSWER) != 0;
         frame.within_answer = (item & ITEM_WITHIN_ANSWER) != 0;
+        frame.late = (item & ITEM_LATE) != 0;
         frame.length = 0;
     }
     if ((item & ITEM_BROKEN) != 0 || frame.length == MODBUS_FRAME_MAX) {

@@ -23,10 +23,13 @@
  * Echo. Some lines return what is sent. A board of a half-duplex line does not listen while it sends (board.h). What
  * still comes back is known by its bytes. When a frame begins within two silences of an answer's end and begins with a
  * copy of that answer, the copy is dropped and counted (`line_echoes`), and what follows it is the frame. Only the
- * answers of functions 5, 6, 8 and 22 are equal to their requests: there a copy may be a master's same request again,
- * by the standard from one silence on, by many a master sooner. The line's past decides. When it has not returned the
- * last four answers, such a copy is served, unless it came while the answer was being sent; it is no sign of life. An
- * answer that comes back, or the end of one, shows that the line has an echo; from a start on it is taken to have one.
+ * answers of functions 5, 6, 8 and 22 are equal to their requests: there a copy may be a master's same request again.
+ * By the standard a master leaves a silence first, and an echo begins at once: so a copy that begins a silence after
+ * the answer's end is served, unless the line has returned another answer as late. One that begins sooner may be a
+ * hasty master's, and the line's past decides: when it has not returned the last four answers, it is served, unless it
+ * came while the answer was being sent. An answer that comes back, or the end of one, shows that the line has an echo;
+ * from a start on it is taken to have one. No such copy is a sign of life. On a board's line without bytes of others
+ * (modbus_ends_at_length) what does not come while the answer is being sent is a request like any other.
  *
  * References: Modbus application protocol V1.1b3; Modbus over serial line V1.02.
  */

@@ -245,6 +245,18 @@ static bool command_possible(const uint32_t value[REGISTER_COUNT]) {
     }
 }
 
+bool control_leaves_capture_readable(const uint32_t value[REGISTER_COUNT]) {
+    switch (value[INDEX_command]) {
+    case COMMAND_ARM_CAPTURE:
+        return capture_readable_while_filled(&(capture_settings_t){.length = (uint16_t)value[INDEX_capture_length],
+                                                                   .signals = (uint16_t)value[INDEX_capture_signals]});
+    case COMMAND_END_CAPTURE:
+        return true;
+    default:
+        return capture_readable();
+    }
+}
+
 bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT]) {
     const uint32_t x = value[index];
     const line_settings_t line = line_settings(value);

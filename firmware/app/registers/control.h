@@ -64,6 +64,10 @@ void control_init(uint32_t value[REGISTER_COUNT], const board_start_t *start, co
 /** Could these values be in force, as far as register `index` is concerned? For the command: is it possible now? */
 bool control_setting_valid(unsigned index, const uint32_t value[REGISTER_COUNT]);
 
+/** Could the captured frames be read once these values are in force and their command, which is possible, was executed?
+ */
+bool control_leaves_capture_readable(const uint32_t value[REGISTER_COUNT]);
+
 /** Register `index` was written: makes the loop follow. */
 void control_apply(unsigned index, uint32_t value[REGISTER_COUNT]);
 

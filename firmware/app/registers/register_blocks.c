@@ -67,8 +67,12 @@ static uint16_t block_of(uint16_t address) {
     return blocks[i].address;
 }
 
+bool register_blocks_capture(uint16_t address) {
+    return block_of(address) == ADDRESS_capture;
+}
+
 modbus_exception_t register_blocks_check_read(uint16_t address) {
-    return block_of(address) == ADDRESS_capture && !capture_readable() ? MODBUS_DEVICE_FAILURE : MODBUS_OK;
+    return register_blocks_capture(address) && !capture_readable() ? MODBUS_DEVICE_FAILURE : MODBUS_OK;
 }
 
 /* Registers `index` on. The block has as many frames as fit before the request's end. */

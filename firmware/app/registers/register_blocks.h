@@ -28,6 +28,8 @@ bool register_blocks_hold(uint16_t address, uint16_t count);
 
 /* The following: only registers that register_blocks_hold. Errors as in registers.h. */
 
+/** Is it the capture, which cannot always be read? */
+bool register_blocks_capture(uint16_t address);
 modbus_exception_t register_blocks_check_read(uint16_t address);
 void register_blocks_read(uint16_t address, uint16_t count, uint16_t values[]);
 modbus_exception_t register_blocks_check_write(uint16_t address);

@@ -127,7 +127,9 @@ modbus_exception_t registers_check_write(uint16_t address, uint16_t count) {
 }
 
 /* Puts the written values, whose addresses are right, over a copy of the present ones. */
-static modbus_exception_t decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
+static void decode_write(span_t span, const uint16_t values[], uint32_t candidate[REGISTER_COUNT]) {
+    control_refresh(value);
+    memcpy(candidate, value, sizeof value);
     for (uint32_t at = span.first; at < span.end;) {
         const unsigned i = find(at);
         candidate[i] = 0;
@@ -136,12 +138,40 @@ static modbus_exception_t decode_write(span_t span, const uint16_t values[], uin
         }
         at += entries[i].registers;
     }
+}
+
+static modbus_exception_t check_values(span_t span, const uint32_t candidate[REGISTER_COUNT]) {
     for (unsigned i = 0; i < REGISTER_COUNT; i++) {
         if (covers(span, entries[i].address) && !control_setting_valid(i, candidate)) {
             return refuse(i == INDEX_command ? WRITE_COMMAND : WRITE_VALUE, entries[i].address, MODBUS_ILLEGAL_VALUE);
         }
     }
     return MODBUS_OK;
+}
+
+/* Whether the capture can be read once this is written, which goes to the table. */
+static modbus_exception_t check_capture_after(span_t written, const uint16_t values[]) {
+    uint32_t candidate[REGISTER_COUNT];
+    decode_write(written, values, candidate);
+    const modbus_exception_t refusal = check_values(written, candidate);
+    if (refusal != MODBUS_OK) {
+        return refusal;
+    }
+    return control_leaves_capture_readable(candidate) ? MODBUS_OK : MODBUS_DEVICE_FAILURE;
+}
+
+modbus_exception_t registers_check_read_after(uint16_t address, uint16_t count, uint16_t written, uint16_t write_count,
+                                              const uint16_t values[]) {
+    const modbus_exception_t now = registers_check_read(address, count);
+    if (now == MODBUS_ILLEGAL_ADDRESS || !register_blocks_hold(address, count) || !register_blocks_capture(address)) {
+        return now;
+    }
+    const modbus_exception_t refusal = registers_check_write(written, write_count);
+    if (refusal != MODBUS_OK || register_blocks_hold(written, write_count)) {
+        return refusal != MODBUS_OK ? refusal : now;
+    }
+    const span_t span = {written, (uint32_t)written + write_count};
+    return check_capture_after(span, values);
 }
 
 static modbus_exception_t check_locks(span_t span, const uint32_t candidate[REGISTER_COUNT]) {
@@ -178,14 +208,16 @@ static modbus_exception_t write_block(span_t span, const uint16_t values[]) {
 
 static modbus_exception_t write_table(span_t span, const uint16_t values[], bool broadcast) {
     uint32_t candidate[REGISTER_COUNT];
-    control_refresh(value);
-    memcpy(candidate, value, sizeof candidate);
     modbus_exception_t refusal = check_addresses(span);
-    if (refusal == MODBUS_OK) {
-        refusal = decode_write(span, values, candidate);
+    if (refusal != MODBUS_OK) {
+        return refusal;
     }
-    if (refusal == MODBUS_OK && broadcast) {
+    decode_write(span, values, candidate);
+    if (broadcast) { /* first: it may not be, whatever each amplifier of the line would say to it */
         refusal = check_broadcast(span, candidate);
+    }
+    if (refusal == MODBUS_OK) {
+        refusal = check_values(span, candidate);
     }
     if (refusal == MODBUS_OK) {
         refusal = check_locks(span, candidate);

@@ -32,6 +32,14 @@ void registers_read(uint16_t address, uint16_t count, uint16_t values[]);
 modbus_exception_t registers_check_write(uint16_t address, uint16_t count);
 
 /**
+ * May these registers be read once these values are written, in one request? As registers_check_read, for what the
+ * write makes of it: it may arm a capture, or end it. What is wrong with the write itself comes first where it makes a
+ * difference, and else is left to registers_write. Both counts >= 1.
+ */
+modbus_exception_t registers_check_read_after(uint16_t address, uint16_t count, uint16_t written, uint16_t write_count,
+                                              const uint16_t values[]);
+
+/**
  * MODBUS_ILLEGAL_ADDRESS when a register does not exist, is read only, or is half of a value whose other half is not
  * written. MODBUS_ILLEGAL_VALUE when a value is out of range or a command is not possible now; MODBUS_DEVICE_FAILURE
  * for what is locked (control.h), and for a table while it plays. count >= 1.

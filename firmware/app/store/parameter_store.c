@@ -4,7 +4,8 @@
 #include "hyst/cost.h"
 #include <string.h>
 
-#define WORD_LENGTH 2U /* hyst/parameters.h: word 2 is the length */
+#define WORD_LENGTH  2U /* hyst/parameters.h: word 2 is the length */
+#define MHZ_TIMES_US 1000000000U
 
 /* How far a checksum has come. */
 typedef struct {
@@ -17,10 +18,11 @@ static struct {
     uint32_t staging[PARAMETER_STORE_WORDS];
     uint32_t active[PARAMETER_STORE_WORDS];
     loop_parameters_t half[2];
-    uint32_t checksum; /* of the other half */
-    walk_t walk;       /* through it, again and again */
-    uint32_t walked;   /* loop_samples at its last portion */
-    unsigned idle;     /* the half that the loop does not use */
+    uint32_t checksum;    /* of the other half */
+    walk_t walk;          /* through it, again and again */
+    uint32_t walked;      /* loop_samples when its last portion was due */
+    uint32_t check_every; /* samples */
+    unsigned idle;        /* the half that the loop does not use */
     bool image_given;
     uint32_t active_cost; /* cycles */
     parameter_store_status_t status;
@@ -68,12 +70,7 @@ bool parameter_store_whole(void) {
     return checksum_of(&store.half[1U - store.idle]) == store.checksum;
 }
 
-void parameter_store_check(void) {
-    const uint32_t now = loop_samples();
-    if (now - store.walked < PARAMETER_STORE_CHECK_EVERY) {
-        return;
-    }
-    store.walked = now;
+static void check_on(void) {
     if (!walk_on(&store.walk, &store.half[1U - store.idle])) {
         if (store.walk.checksum != store.checksum) {
             loop_image_damaged();
@@ -82,16 +79,33 @@ void parameter_store_check(void) {
     }
 }
 
+void parameter_store_check(void) {
+    const uint32_t now = loop_samples();
+    const uint32_t most = PARAMETER_STORE_CHECK_BEHIND * store.check_every; /* two passes: no need for more */
+    if (now - store.walked > most) {
+        store.walked = now - most;
+    }
+    for (unsigned i = 0; i < PARAMETER_STORE_CHECK_MOST && now - store.walked >= store.check_every; i++) {
+        store.walked += store.check_every;
+        check_on();
+    }
+}
+
+static uint32_t cost_of_tones(uint32_t tones) {
+    return tones * HYST_COST_TONE * HYST_COST_CYCLES_PER_INSTRUCTION;
+}
+
 /* Notes what it costs, too. */
-static hyst_parameters_fault_t check_cost(const hyst_parameters_t *parameters) {
+static hyst_parameters_fault_t check_cost(const hyst_parameters_t *parameters, uint32_t tones) {
     store.status.cost = hyst_cost_cycles(parameters);
-    if (store.status.cost > store.status.cost_budget) {
+    if (store.status.cost + cost_of_tones(tones) > store.status.cost_budget) {
         return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_TOO_COSTLY, .field = HYST_FIELD_SAMPLE_RATE};
     }
     return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_OK};
 }
 
-static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_parameters_t *half) {
+/* `tones`: that play while it is adopted. */
+static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_parameters_t *half, uint32_t tones) {
     if (parameters->sample_rate_mhz != board_info.sample_rate_mhz) {
         return (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_SAMPLE_RATE};
     }
@@ -107,7 +121,7 @@ static hyst_parameters_fault_t build(const hyst_parameters_t *parameters, loop_p
         fault = hyst_board_limits_check(&board_info.image_limits, &half->compensator);
     }
     if (fault.error == HYST_PARAMETERS_OK) {
-        fault = check_cost(parameters);
+        fault = check_cost(parameters, tones);
     }
     return fault;
 }
@@ -121,7 +135,7 @@ static bool load(hyst_parameters_t *parameters) {
     }
     hyst_parameters_fault_t fault = hyst_parameters_decode(store.active, length, parameters);
     if (fault.error == HYST_PARAMETERS_OK) {
-        fault = build(parameters, &store.half[0]);
+        fault = build(parameters, &store.half[0], 0);
     }
     store.status.fault = fault;
     store.image_given = fault.error == HYST_PARAMETERS_OK;
@@ -133,6 +147,7 @@ loop_parameters_t *parameter_store_init(uint32_t baud) {
     hyst_parameters_t parameters;
     memset(&store, 0, sizeof store);
     store.idle = 1;
+    store.check_every = (uint32_t)((uint64_t)board_info.sample_rate_mhz * PARAMETER_STORE_CHECK_US / MHZ_TIMES_US);
     parameter_store_set_rate(baud);
     if (load(&parameters)) {
         store.active_cost = store.status.cost;
@@ -144,7 +159,7 @@ loop_parameters_t *parameter_store_init(uint32_t baud) {
     parameters.sample_rate_mhz = board_info.sample_rate_mhz;
     parameters.drive_park = (hyst_q31_t)((uint32_t)(board_info.safe_code ^ BOARD_CODE_MIDDLE) << 16);
     (void)hyst_parameters_encode(&parameters, store.active, PARAMETER_STORE_WORDS);
-    (void)build(&parameters, &store.half[0]); /* always valid; without it there is no loop, whatever it costs */
+    (void)build(&parameters, &store.half[0], 0); /* always valid; without it there is no loop, whatever it costs */
     store.active_cost = store.status.cost;
     store.checksum = checksum_of(&store.half[0]);
     return &store.half[0];
@@ -174,7 +189,7 @@ bool parameter_store_leaves_time_for(uint32_t baud) {
 }
 
 bool parameter_store_has_time_for(uint32_t tones) {
-    return store.active_cost + tones * HYST_COST_TONE * HYST_COST_CYCLES_PER_INSTRUCTION <= store.status.cost_budget;
+    return store.active_cost + cost_of_tones(tones) <= store.status.cost_budget;
 }
 
 bool parameter_store_image_given(void) {
@@ -221,7 +236,7 @@ void parameter_store_commit(void) {
     const uint32_t length = store.staging[WORD_LENGTH]; /* decode refuses more than HYST_IMAGE_MAX_WORDS unread */
     hyst_parameters_fault_t fault = hyst_parameters_decode(store.staging, length, &parameters);
     if (fault.error == HYST_PARAMETERS_OK) {
-        fault = build(&parameters, &store.half[store.idle]);
+        fault = build(&parameters, &store.half[store.idle], loop_tones());
     }
     if (fault.error == HYST_PARAMETERS_OK && !loop_limit_range(&store.half[store.idle])) {
         fault = (hyst_parameters_fault_t){.error = HYST_PARAMETERS_INCONSISTENT, .field = HYST_FIELD_DRIVE_PARK};

@@ -8,7 +8,7 @@
  * (HYST_PARAMETERS_INCONSISTENT, HYST_FIELD_SAMPLE_RATE), park within the output range that was set by registers
  * (HYST_FIELD_DRIVE_PARK) and ask for no more than the board allows (hyst/board_limits.h). Its worst sample must fit a
  * period at the processor's present clock and a byte of the line (HYST_PARAMETERS_TOO_COSTLY, HYST_FIELD_SAMPLE_RATE;
- * hyst/cost.h). What is stored is checked likewise at start.
+ * hyst/cost.h), beside the tones of a multisine that plays. What is stored is checked likewise at start.
  *
  * Main loop only.
  */
@@ -63,11 +63,18 @@ parameter_store_status_t parameter_store_status(void);
  * milliseconds on a Cortex-M4 (estimated, not measured on silicon). */
 bool parameter_store_whole(void);
 
-/** Each turn of the main loop: a portion of the same, every so many samples, beginning again at the end. The loop trips
- * when what has been gone through is not what it was (loop_image_damaged): two passes after the change at most, each
- * some 0.2 s at 10 kHz (6 KB in portions of 60 bytes). */
+/** Each turn of the main loop: the same in portions, one for each PARAMETER_STORE_CHECK_US that have gone by, beginning
+ * again at the end. A turn that comes late, as one that has sent an answer, makes up for it, some portions at a time.
+ * The loop trips when what has been gone through is not what it was (loop_image_damaged): at most two passes after the
+ * change and the time of an answer. Calculated for a Cortex-M4 at 168 MHz: 6.3 KB in portions of 60 bytes are 109 of
+ * them, so a pass takes 0.09 s. An answer of 256 bytes takes 0.03 s at 115200 baud and 0.27 s at 9600. A portion takes
+ * 30 us: 2600 instructions of 2 cycles. So 334 of them have to be made up for at 9600 baud. A master that never pauses
+ * leaves little more time than that between two answers. Where samples take half of it, a change is found in 0.6 s. */
 void parameter_store_check(void);
-#define PARAMETER_STORE_CHECK_EVERY 16U
+#define PARAMETER_STORE_CHECK_US 800U
+/** Portions that a turn makes up for at most, and how many it may be behind. */
+#define PARAMETER_STORE_CHECK_MOST   16U
+#define PARAMETER_STORE_CHECK_BEHIND 256U
 
 /** Stores the image in force with these limits, at most IMAGE_STORE_LIMITS_MAX. Only while loop_off(). */
 void parameter_store_save(const stored_limit_t *limits, size_t count);

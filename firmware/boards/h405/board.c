@@ -39,6 +39,14 @@
 #define PIN_STAGE_ENABLE 0U /* PB0, high is on */
 #define CHANNEL_POSITION 1U
 
+/* What these numbers are used with: port A for the position, whose pins 0 to 7 are the channels of the same number, in
+ * the sampling register of channels 0 to 9, and port B for the stage. */
+_Static_assert(PIN_POSITION == CHANNEL_POSITION && CHANNEL_POSITION < 8U, "PA0 to PA7 are the channels 0 to 7");
+_Static_assert(PIN_POSITION != PIN_DRIVE && PIN_POSITION != PIN_DEFAULT_LINE, "a pin has one use");
+_Static_assert(PIN_DRIVE == 4U, "DAC channel 1 is PA4");
+_Static_assert(PIN_STAGE_ENABLE < 16U && (PIN_STAGE_ENABLE < 5U || PIN_STAGE_ENABLE > 7U),
+               "a pin of port B, of which 5 to 7 are the line's");
+
 /* What PA0 is while the button is held: high, and pulled down otherwise. From the board's description, not seen on
  * silicon; false for a button to ground, and the pull is up then (docs/WIRING.md). */
 #define DEFAULT_LINE_HIGH true

@@ -135,6 +135,19 @@ static inline hyst_hysteresis_state_t *hyst_compensator_memory(hyst_compensator_
     return &state->memory[state->memory_in_use];
 }
 
+/** Where creep and hysteresis have the actuator, by their memory as it is. Not per sample; an interrupt of the caller
+ * by a step makes the result useless and does nothing else. */
+hyst_q31_t hyst_compensator_position(const hyst_compensator_t *compensator, const hyst_compensator_state_t *state);
+
+/**
+ * The reference with which a mode that begins now moves nothing: at rest it makes this drive (direct, linear), or keeps
+ * the model at this position (compensate; then creep moves the drive on). The nearest one where full scale, or the
+ * limits of a filter, have none. Filters are taken to be settled, and those behind the hysteresis to have the gain 1
+ * then. Not per sample.
+ */
+hyst_q31_t hyst_compensator_rest(const hyst_compensator_t *compensator, hyst_mode_t mode, hyst_q31_t drive,
+                                 hyst_q31_t position);
+
 /**
  * `to` replaces `from`. Call between two steps, before every step until the answer is true; until then go on stepping
  * with `from`, from then on with `to`. A call takes over a bounded portion (hyst_hysteresis_carry), so that a sample's
