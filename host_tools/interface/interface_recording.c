@@ -113,8 +113,10 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
         }
         good = import_table(&recording, &table, &wishes.said, &account, interface_failure());
         table_free(&table);
-        if (good && wishes.file != NULL) {
+        if (good) {
             recording.understood = import_account_text(&account);
+        }
+        if (good && wishes.file != NULL) {
             provenance_note_add_file(note, wishes.file);
         }
         import_account_free(&account);

@@ -119,6 +119,10 @@ class Recordings(unittest.TestCase):
         np.testing.assert_array_equal(made.column("temperature"), np.full(400, 21.0))
         gap = np.concatenate([time[:200], time[200:] + 1.0])
         self.assertIn("gap", line_of(hyst.Recording, drive, drive, time=gap))
+        jitter = time + np.random.default_rng(1).uniform(-0.0012, 0.0012, 400)
+        self.assertIn("resampled to even ones", hyst.Recording(drive, 0.1 * drive, time=jitter).understood)
+        self.assertIn("the sample rate changes: from row 1 on",
+                      line_of(hyst.Recording, drive, 0.1 * drive, time=np.logspace(-2, 3, 400)))
 
     def test_columns_cannot_be_written_to(self):
         with self.assertRaises(ValueError):

@@ -33,8 +33,9 @@ class Recording(Held):
     """Drive in V and displacement in um of one run, sampled uniformly.
 
     Recording(drive, displacement, sample_rate=10000) or Recording(drive, displacement, time=t). Time stamps are
-    treated as those of a file: jitter is resampled, a gap is refused. Further columns: reference (um), voltage (V),
-    current (A), temperature (degC), as keywords. keys: the header of the file, for example {"preload_n": "20"}.
+    treated as those of a file: jitter is resampled, and understood says so; a gap, or a rate that changes, is refused.
+    Further columns: reference (um), voltage (V), current (A), temperature (degC), as keywords. keys: the header of the
+    file, for example {"preload_n": "20"}.
 
     The columns are arrays that cannot be written to: a recording is what was measured.
     """
@@ -143,7 +144,7 @@ class Recording(Held):
 
     @property
     def understood(self) -> str:
-        """What a file of another format was taken for, a line for each column; "" for the project's own."""
+        """What a file of another format, or arrays with time stamps, were taken for, a line for each column; else ""."""
         return str(lib.recording_understood(self._handle).decode(errors="replace"))
 
     @property
