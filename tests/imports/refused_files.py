@@ -69,6 +69,12 @@ def _(path):
     text(path, "t,u,y\n" + "\n".join(lines) + "\n")
 
 
+@export("one column as two", "--drive u --displacement 2", refused="column 2 'u' cannot be both drive and displacement: "
+        "say another for one of them")
+def _(path):
+    text(path, "t,u,y\n" + rows(T, U, Y))
+
+
 @export("a position that never changes", refused="never changes")
 def _(path):
     text(path, "t,u,y\n" + rows(T, U, 0 * Y))
