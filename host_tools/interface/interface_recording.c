@@ -213,8 +213,15 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
             "rate that was given",
             key);
     }
-    recording_set_key(&recording->recording, key, value);
-    return 1;
+    recording_t alone = {.name = recording->recording.name}; /* so that a value that is refused leaves the old one */
+    recording_set_key(&alone, key, value);
+    const bool good = recording_check_keys(&alone, interface_failure());
+    alone.name = NULL;
+    recording_free(&alone);
+    if (good) {
+        recording_set_key(&recording->recording, key, value);
+    }
+    return good;
 }
 
 char *hyst_host_recording_extras(const hyst_host_recording_t *recording) {

@@ -7,12 +7,13 @@ import ctypes
 import json
 import math
 import os
+from types import MappingProxyType
 from typing import Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, text
+from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, real, text
 from ._tdms import read_table
 
 UNITS = {
@@ -72,10 +73,10 @@ class Recording(Held):
             units = [UNITS.get(column, "s") for column in arrays]
             self._handle = checked(_import(name, list(arrays), units, list(arrays.values()), None))
         else:
-            self._handle = checked(lib.recording_make(name.encode(), float(sample_rate), samples))  # type: ignore
+            self._handle = checked(lib.recording_make(name.encode(), real("sample_rate", sample_rate), samples))
             for column, (pointer, _) in arrays.items():
                 checked(lib.recording_set_column(self._handle, column.encode(), pointer))
-            lib.recording_set_start_s(self._handle, start)
+            lib.recording_set_start_s(self._handle, real("start", start))
         for key, value in (keys or {}).items():
             checked(lib.recording_set_key(self._handle, str(key).encode(), str(value).encode()))
         self._columns: dict[str, Array | None] = {}
@@ -148,9 +149,9 @@ class Recording(Held):
         return str(lib.recording_understood(self._handle).decode(errors="replace"))
 
     @property
-    def keys(self) -> dict[str, str]:
-        """What the header says beside rate and units."""
-        return parsed(text(lib.recording_keys(self._handle)))
+    def keys(self) -> Mapping[str, str]:
+        """What the header says beside rate and units; to be read. hyst.Recording(.., keys={**old.keys, ..}) has others."""
+        return MappingProxyType(parsed(text(lib.recording_keys(self._handle))))
 
     @property
     def extra(self) -> dict[str, Array]:
@@ -182,7 +183,7 @@ class Recording(Held):
 
     def span(self, from_s: float = -math.inf, to_s: float = math.inf) -> Recording:
         """What was recorded from from_s on and before to_s, by its own times."""
-        return Recording._of(checked(lib.recording_span(self._handle, from_s, to_s)))
+        return Recording._of(checked(lib.recording_span(self._handle, real("from_s", from_s), real("to_s", to_s))))
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a file that every command of hyst reads: CSV, or HDF5 where the name ends in .h5, .hdf5 or .nc.
