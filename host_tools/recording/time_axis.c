@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/time_axis.h"
+#include "base/quantity.h"
 #include "recording/table/units.h"
 #include <gsl/gsl_interp.h>
 #include <math.h>
@@ -139,9 +140,11 @@ static bool check_rising(const table_t *table, const double *stamp, double typic
     for (size_t k = 1; k < table->rows; k++) {
         const double d = stamp[k] - stamp[k - 1];
         if (!(d > 0.0)) {
-            char text[40];
+            char text[40], after[QUANTITY_TEXT], before[QUANTITY_TEXT];
             where(table, k, text, sizeof text);
-            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s%s", text, stamp[k], stamp[k - 1],
+            quantity_time(after, stamp[k], fmin(typical, fabs(d)));
+            quantity_time(before, stamp[k - 1], fmin(typical, fabs(d)));
+            return fail(failure, "%s: time stays or goes back: %s s after %s s%s", text, after, before,
                         d < 0.0 ? "" : " (too few digits? hyst import --time none --sample-rate HZ)");
         }
         *even += fabs(d / typical - 1.0) < 0.1;
@@ -208,10 +211,11 @@ static bool check_steps(const table_t *table, const double *stamp, double typica
         return false;
     }
     if (gap < table->rows) {
-        char text[40];
+        char text[40], from[QUANTITY_TEXT], to[QUANTITY_TEXT];
         where(table, gap, text, sizeof text);
-        return fail(failure, "%s: gap in time: from %.9g s to %.9g s, one sample is %.6g s", text, stamp[gap - 1],
-                    stamp[gap], typical);
+        quantity_time(from, stamp[gap - 1], typical);
+        quantity_time(to, stamp[gap], typical);
+        return fail(failure, "%s: gap in time: from %s s to %s s, one sample is %.6g s", text, from, to, typical);
     }
     return true;
 }
@@ -236,7 +240,10 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
     /* Rounding of the first and of the last stamp tilts the line by up to twice what the others then differ. */
     axis->sample_rate_hz = fewest_digits(1.0 / step, fmin(0.01, 2.0 * fmax(uneven, 1e-6) / (double)(rows - 1)));
     axis->start_s = stamp[0];
-    snprintf(axis->text, sizeof axis->text, "%.6g to %.6g s, %.9g Hz", stamp[0], stamp[rows - 1], axis->sample_rate_hz);
+    char first[QUANTITY_TEXT], last[QUANTITY_TEXT];
+    quantity_time(first, stamp[0], step);
+    quantity_time(last, stamp[rows - 1], step);
+    snprintf(axis->text, sizeof axis->text, "%.30s to %.30s s, %.9g Hz", first, last, axis->sample_rate_hz);
     if (stated_hz > 0.0 && fabs(stated_hz * step - 1.0) > rate_tolerance) {
         fail(failure, "the time column says %.6g Hz, stated are %.6g Hz: is its unit right?", 1.0 / step, stated_hz);
         free(stamp);

@@ -342,14 +342,16 @@ bool finding_times_text(const answer_t *answer, const finding_t *finding, char t
     return true;
 }
 
-/* "12 .. 14 and 30 .. 31 s", at most a few ranges. */
+/* "12 .. 14 and 30 .. 31 s", at most a few ranges. On a linear scale to a fifth of each, wherever 0 is: times may be
+ * those since 1970. */
 static void append_ranges(char *text, const ranges_t *all, double (*gap)(const range_t *, const range_t *),
                           const char *unit) {
     enum { MOST_TOLD = 3 };
     const ranges_t told = ranges_bridged(all, gap, MOST_TOLD);
     char range[QUANTITY_TEXT];
     for (size_t i = 0; i < told.count; i++) {
-        quantity_range(range, told.range[i].from, told.range[i].to, 0.0);
+        const double from = told.range[i].from, to = told.range[i].to;
+        quantity_range(range, from, to, gap == cells_linear_gap ? (to - from) / 5.0 : 0.0);
         text_append(text, "%s%s", text_between(i, told.count), range);
     }
     text_append(text, " %s", unit);
