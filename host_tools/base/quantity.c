@@ -77,7 +77,7 @@ static int decimals_for(double value, int digits) {
 
 /* Without zeros at the end. */
 static void print_rounded(char *text, size_t size, double value, int decimals) {
-    (void)snprintf(text, size, "%.12g", rounded_to(value, decimals) + 0.0); /* not -0 */
+    (void)snprintf(text, size, "%.15g", rounded_to(value, decimals) + 0.0); /* not -0 */
 }
 
 static void append_unit(char text[QUANTITY_TEXT], const char *unit) {
@@ -118,13 +118,19 @@ void quantity_named(char text[QUANTITY_TEXT], const char *name, const char *unit
 
 void quantity_range(char text[QUANTITY_TEXT], double from, double to, double resolution) {
     static const double part = 5.0;
-    enum { FEWEST_DIGITS = 2 };
+    enum { FEWEST_DIGITS = 2, MOST_DIGITS = 7 }; /* more are what arithmetic leaves */
     const double bound[2] = {from, to}, wanted = resolution > 0.0 ? resolution : fabs(to - from) / part;
     char shown[2][QUANTITY_TEXT / 2 - 2];
     for (size_t i = 0; i < 2; i++) {
         const int decimals = wanted > 0.0 ? -(int)floor(log10(wanted)) : 0;
-        const int least = decimals_for(bound[i], FEWEST_DIGITS);
-        print_rounded(shown[i], sizeof shown[i], bound[i], resolution > 0.0 || decimals > least ? decimals : least);
+        const int least = decimals_for(bound[i], FEWEST_DIGITS), most = decimals_for(bound[i], MOST_DIGITS);
+        const int free = decimals > least ? decimals < most ? decimals : most : least;
+        print_rounded(shown[i], sizeof shown[i], bound[i], resolution > 0.0 ? decimals : free);
     }
-    (void)snprintf(text, QUANTITY_TEXT, "%s .. %s", shown[0], shown[1]);
+    const bool one = strcmp(shown[0], shown[1]) == 0;
+    (void)snprintf(text, QUANTITY_TEXT, "%s%s%s", shown[0], one ? "" : " .. ", one ? "" : shown[1]);
+}
+
+void quantity_time(char text[QUANTITY_TEXT], double time_s, double interval_s) {
+    print_rounded(text, QUANTITY_TEXT, time_s, interval_s > 0.0 ? -(int)floor(log10(interval_s)) : 9);
 }

@@ -18,7 +18,10 @@ void quantity_text(char text[QUANTITY_TEXT], const char *name, const char *unit,
 void quantity_named(char text[QUANTITY_TEXT], const char *name, const char *unit, double value, int digits);
 
 /** Both bounds to the power of ten that is not above the resolution; 0: to a fifth of the range, and two digits at
- * least, so that the lower bound of decades is seen. */
+ * least, so that the lower bound of decades is seen, and seven at most. One number where both are the same then. */
 void quantity_range(char text[QUANTITY_TEXT], double from, double to, double resolution);
+
+/** A time of a clock in s, without its unit: to the power of ten that tells samples apart, however far from 0. */
+void quantity_time(char text[QUANTITY_TEXT], double time_s, double interval_s);
 
 #endif

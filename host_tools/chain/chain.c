@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "chain/chain.h"
 #include "base/progress.h"
+#include "base/quantity.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -340,9 +341,11 @@ bool chain_simulate_finite(const model_t *model, const recording_t *recording, u
     }
     for (size_t k = 0; k < recording->samples; k++) {
         if (!isfinite(position_um[k])) {
+            char time[QUANTITY_TEXT];
+            quantity_time(time, recording_time(recording, (double)k), 1.0 / recording->sample_rate_hz);
             return fail(failure,
-                        "%s: the model's position is not finite from t = %.6g s on: it does not hold for this drive",
-                        recording->name, recording->start_s + (double)k / recording->sample_rate_hz);
+                        "%s: the model's position is not finite from t = %s s on: it does not hold for this drive",
+                        recording->name, time);
         }
     }
     return true;

@@ -24,6 +24,7 @@ typedef struct {
     double creep_per_decade; /**< in holds, of the change before them */
     bool rails;              /**< the position stops while the drive goes on */
     double rail_v[2];        /**< below and above these; where only one was seen, the other is beyond the drive */
+    bool rests, repeats;     /**< what is noise shows where the drive rests; between passes of a path that repeats */
 } probe_seen_t;
 
 /** Properties of the recordings, from which initial values are chosen. */

@@ -130,7 +130,8 @@ static bool import_one(const char *path, const table_t *table, const wishes_t *w
             recording_take_keys(&recording, path);
         }
         recording_set_key(&recording, "imported_from", shown_name(path));
-        good = output == NULL || recording_write(&recording, output, failure);
+        good = recording_check_keys(&recording, failure) &&
+               (output == NULL || recording_write(&recording, output, failure));
         *json = good && as_json ? to_json(path, table, &account, &recording, looked ? &holds : NULL, output) : NULL;
         if (good && output != NULL && text_wanted(as_json)) {
             printf("%s: %zu samples at %.9g Hz\n", shown_name(output), recording.samples, recording.sample_rate_hz);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "base/json_output.h"
+#include "base/quantity.h"
 #include "chain/chain.h"
 #include "command_line/recording_input.h"
 #include "command_line/recording_output.h"
@@ -35,8 +36,10 @@ const command_t command_simulate = {
                 "hyst simulate model.json recording.csv -o simulated.csv\n"};
 
 static void print_measure(const char *what, const error_measure_t *error, double start_s, double rate_hz) {
-    printf("%-22s NRMSE %.4f %%, RMS %.6g um, largest %.6g um at t = %.6g s\n", what, error->nrmse_percent,
-           error->rms_um, error->max_um, start_s + (double)error->max_sample / rate_hz);
+    char time[QUANTITY_TEXT];
+    quantity_time(time, start_s + (double)error->max_sample / rate_hz, 1.0 / rate_hz);
+    printf("%-22s NRMSE %.4f %%, RMS %.6g um, largest %.6g um at t = %s s\n", what, error->nrmse_percent, error->rms_um,
+           error->max_um, time);
 }
 
 static json_t *measure_to_json(const error_measure_t *error, double start_s, double rate_hz) {
@@ -97,9 +100,10 @@ static bool report(const model_t *model, const recording_t *recording, const dou
     print_measure("with its own zero", &moved, recording->start_s, rate);
     printf("%-22s %+.6g um beside the model's\n", "", zero_um);
     if (has_rest && from > 0) {
-        char what[40];
+        char time[QUANTITY_TEXT], what[QUANTITY_TEXT + 20];
         const double rest_s = recording->start_s + (double)from / rate;
-        snprintf(what, sizeof what, "from t = %.4g s on", rest_s);
+        quantity_time(time, rest_s, 1.0 / rate);
+        snprintf(what, sizeof what, "from t = %s s on", time);
         print_measure(what, &rest, rest_s, rate);
     } else if (!has_rest) { /* else that is the whole recording */
         puts("The drive never sweeps far enough to erase the hysteresis' past.");

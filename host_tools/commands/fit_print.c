@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/fit_print.h"
 #include "base/json_output.h"
+#include "base/quantity.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -87,14 +88,20 @@ static void print_percent(double percent) {
 }
 
 static void print_recording(const recording_t *recording, const fit_recording_report_t *r) {
-    printf("%s\n  held out, from t = %.6g s:", recording->name, r->held_out_s);
+    char time[QUANTITY_TEXT];
+    const double interval_s = 1.0 / recording->sample_rate_hz;
+    quantity_time(time, r->held_out_s, interval_s);
+    printf("%s\n  held out, from t = %s s:", recording->name, time);
     print_nrmse("  NRMSE ", r->held_out_nrmse_percent);
-    printf(", largest error %.4g um at t = %.6g s\n  training, from t = %.6g s:", r->held_out_max_um, r->held_out_max_s,
-           r->train_s);
+    quantity_time(time, r->held_out_max_s, interval_s);
+    printf(", largest error %.4g um at t = %s s\n", r->held_out_max_um, time);
+    quantity_time(time, r->train_s, interval_s);
+    printf("  training, from t = %s s:", time);
     print_nrmse("  NRMSE ", r->train_nrmse_percent);
     putchar('\n');
     if (r->determined_s > recording->start_s) {
-        printf("  before t = %.6g s the initial memory matters: mean error there %.4g um\n", r->determined_s,
+        quantity_time(time, r->determined_s, interval_s);
+        printf("  before t = %s s the initial memory matters: mean error there %.4g um\n", time,
                r->initial_mean_error_um);
     }
 }

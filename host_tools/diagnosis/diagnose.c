@@ -190,14 +190,15 @@ static bool compare_with_look(state_t *state, shapes_t *shapes) {
     return seen_compare(state);
 }
 
-static bool limits(state_t *state, shapes_t *shapes) {
-    (void)shapes;
-    return unseen_complete(state);
-}
-
 static bool deliver(state_t *state, shapes_t *shapes) {
     (void)shapes;
-    if (!review_delivered(state)) {
+    return review_delivered(state);
+}
+
+/* Behind that: of the model that is written, which may be a plain one in the place of the search's. */
+static bool limits(state_t *state, shapes_t *shapes) {
+    (void)shapes;
+    if (!unseen_complete(state)) {
         return false;
     }
     unseen_beside_operator(state);
@@ -235,9 +236,9 @@ const stage_t diagnosis_stages[] = {
      "review/review.h", .search = review},
     {"look", "what the look has shown and nothing in the answer explains is more than noise", "review/seen.h",
      .search = compare_with_look},
-    {"detection limits", "of what was not found", "judgement/unseen.h", .search = limits},
     {"delivered", "the error that the written model has when it is simulated; plain models beside it",
      "review/delivered.h", .search = deliver},
+    {"detection limits", "of what was not found", "judgement/unseen.h", .search = limits},
     {"unknown physics", "an empirical term, where structure is left and no block explains it", "review/empirical.h",
      .search = describe_unknown},
 };

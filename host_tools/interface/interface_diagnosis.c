@@ -7,6 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Recordings of each kind that --sure simulates: more take years. */
+enum { MOST_EACH = 1000000 };
+
 struct hyst_host_diagnosis {
     size_t count;
     recording_t *recordings; /* copies: faults mask samples, and the caller may free his */
@@ -59,6 +62,10 @@ hyst_host_diagnosis_t *hyst_host_diagnose_at_most(const hyst_host_recording_t *c
 size_t hyst_host_diagnosis_sure(hyst_host_diagnosis_t *diagnosis, const hyst_host_model_t *model, size_t each,
                                 unsigned long seed) {
     sure_work_t work;
+    if (each > MOST_EACH) {
+        fail(interface_failure(), "%zu recordings of each kind: at most %d", each, MOST_EACH);
+        return 0;
+    }
     interface_work_begin();
     sure_prepare(&diagnosis->run, each, seed, diagnosis->took_s, &work);
     const bool good = sure_ask(&work, model != NULL ? &model->model : NULL, diagnosis->recordings, diagnosis->count,

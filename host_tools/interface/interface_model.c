@@ -115,7 +115,9 @@ int hyst_host_simulate(const hyst_host_model_t *model, double sample_rate_hz, si
     double preload_n = 0.0;
     json_int_t seed = 1;
     json_t *json = interface_options(options, "{s?F, s?I}", "preload_n", &preload_n, "seed", &seed);
-    hyst_host_recording_t *recording = json != NULL ? hyst_host_recording_make("drive", sample_rate_hz, samples) : NULL;
+    const bool seeded =
+        json != NULL && (seed >= 0 || fail(interface_failure(), "seed: %lld is below 0", (long long)seed));
+    hyst_host_recording_t *recording = seeded ? hyst_host_recording_make("drive", sample_rate_hz, samples) : NULL;
     bool good = recording != NULL && hyst_host_recording_set_column(recording, "drive", drive_v) != 0;
     if (good && preload_n != 0.0) {
         char text[40];

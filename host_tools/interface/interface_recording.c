@@ -113,8 +113,10 @@ hyst_host_recording_t *hyst_host_recording_import(const char *name, size_t sampl
         }
         good = import_table(&recording, &table, &wishes.said, &account, interface_failure());
         table_free(&table);
-        if (good && wishes.file != NULL) {
+        if (good) {
             recording.understood = import_account_text(&account);
+        }
+        if (good && wishes.file != NULL) {
             provenance_note_add_file(note, wishes.file);
         }
         import_account_free(&account);
@@ -211,8 +213,15 @@ int hyst_host_recording_set_key(hyst_host_recording_t *recording, const char *ke
             "rate that was given",
             key);
     }
-    recording_set_key(&recording->recording, key, value);
-    return 1;
+    recording_t alone = {.name = recording->recording.name}; /* so that a value that is refused leaves the old one */
+    recording_set_key(&alone, key, value);
+    const bool good = recording_check_keys(&alone, interface_failure());
+    alone.name = NULL;
+    recording_free(&alone);
+    if (good) {
+        recording_set_key(&recording->recording, key, value);
+    }
+    return good;
 }
 
 char *hyst_host_recording_extras(const hyst_host_recording_t *recording) {

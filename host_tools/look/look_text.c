@@ -28,6 +28,12 @@ static void print_range(FILE *file, double from, double to, double resolution) {
     fputs(text, file);
 }
 
+static void print_time(FILE *file, const recording_t *recording, double time_s) {
+    char text[QUANTITY_TEXT];
+    quantity_time(text, time_s, 1.0 / recording->sample_rate_hz);
+    fputs(text, file);
+}
+
 static void print_drive(FILE *file, const look_t *look) {
     static const char *const between[] = {
         "What it does between samples does not show: header key drive_between_samples (held, line, smooth) says it.",
@@ -155,8 +161,10 @@ static void print_ring(FILE *file, const look_t *look) {
         print_value(file, "", "Hz", ring->frequency_hz, ring->frequency_sigma_hz);
         fprintf(file, " with damping ");
         print_value(file, "", "1", ring->damping, ring->damping_sigma);
-        fprintf(file, " after %zu step%s; %.3g um after %.4g V at %.4g s\n", ring->rings, ring->rings == 1 ? "" : "s",
-                ring->swing_um, ring->step_v, recording_time(look->recording, (double)ring->at));
+        fprintf(file, " after %zu step%s; %.3g um after %.4g V at ", ring->rings, ring->rings == 1 ? "" : "s",
+                ring->swing_um, ring->step_v);
+        print_time(file, look->recording, recording_time(look->recording, (double)ring->at));
+        fprintf(file, " s\n");
     }
 }
 
@@ -195,7 +203,8 @@ void fault_print(FILE *file, const look_t *looks, size_t count, const fault_t *f
     if (fault->spans > 0) {
         fprintf(file, "; %zu sample%s at ", fault_samples(fault, looks), fault_samples(fault, looks) == 1 ? "" : "s");
         for (size_t i = 0; i < fault->spans && i < MOST_SPANS; i++) {
-            fprintf(file, "%s%.6g", i > 0 ? ", " : "", recording_time(recording, (double)fault->span[i].from));
+            fputs(i > 0 ? ", " : "", file);
+            print_time(file, recording, recording_time(recording, (double)fault->span[i].from));
         }
         fprintf(file, "%s s", fault->spans > MOST_SPANS ? " .." : "");
     }
@@ -210,7 +219,9 @@ void looks_print(FILE *file, const look_t *looks, size_t count, const fault_list
         fprintf(file, "%s: %zu samples at %g Hz, %.4g s", without_folder(r->name), r->samples, r->sample_rate_hz,
                 (double)r->samples / r->sample_rate_hz);
         if (r->start_s != 0.0) {
-            fprintf(file, ", from t = %.9g s", r->start_s);
+            fprintf(file, ", from t = ");
+            print_time(file, r, r->start_s);
+            fprintf(file, " s");
         }
         fprintf(file, "\n");
         print_drive(file, look);

@@ -183,6 +183,19 @@ static int find_said(chooser_t *c, const char *said, int role) {
     return NO_COLUMN;
 }
 
+/* No column is two things at once. */
+static void take_said(chooser_t *c, int role, const char *said) {
+    const int column = find_said(c, said, role);
+    for (int other = 0; column != NO_COLUMN && other < role; other++) {
+        if (c->choice->column[other] == column) {
+            import_account_add(c->problems, "column %zu '%s' cannot be both %s and %s: say another for one of them",
+                               c->table->column[column].number, c->table->column[column].name, role_name(other),
+                               role_name(role));
+        }
+    }
+    take(c, role, column, "as asked for");
+}
+
 /* ---- what names and units say */
 
 static const char *how(const column_meaning_t *meaning) {
@@ -530,7 +543,7 @@ void columns_choose(column_choice_t *choice, const table_t *table, const import_
     for (int role = 0; role < ROLES; role++) {
         const char *said = said_for(&c, role);
         if (said != NULL && !(role == ROLE_TIME && strcmp(said, "none") == 0)) {
-            take(&c, role, find_said(&c, said, role), "as asked for");
+            take_said(&c, role, said);
         }
     }
     if (options->time == NULL) {

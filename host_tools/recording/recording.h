@@ -159,6 +159,9 @@ bool recording_sampled_after(const recording_t *recording, double *after_s, fail
 #define STAGE_SUPPLY_KEY "stage_supply_v"
 bool recording_stage_supply(const recording_t *recording, double *supply_v, failure_t *failure);
 
+/** Whether the values of all these header keys are what they may be. recording_read has asked. */
+bool recording_check_keys(const recording_t *recording, failure_t *failure);
+
 /** Smallest and largest of count values; count > 0. */
 void values_range(const double *values, size_t count, double range[2]);
 /** The same over a column that all of these recordings have. */

@@ -512,16 +512,25 @@ static void note_device(const recording_t *recording) {
     }
 }
 
-bool recording_read(recording_t *recording, const char *path, failure_t *failure) {
+/* Whatever its header keys say. */
+static bool read_any(recording_t *recording, const char *path, failure_t *failure) {
     const import_options_t nothing = import_nothing_said();
     memset(recording, 0, sizeof *recording);
-    const bool good = hdf5_is_recording(path) ? hdf5_read_recording(recording, path, failure)
-                      : has_header(path)      ? read_recording(recording, path, failure)
-                                              : import_file(recording, path, &nothing, failure);
-    if (good) {
-        note_device(recording);
+    return hdf5_is_recording(path) ? hdf5_read_recording(recording, path, failure)
+           : has_header(path)      ? read_recording(recording, path, failure)
+                                   : import_file(recording, path, &nothing, failure);
+}
+
+bool recording_read(recording_t *recording, const char *path, failure_t *failure) {
+    if (!read_any(recording, path, failure)) {
+        return false;
     }
-    return good;
+    if (!recording_check_keys(recording, failure)) {
+        recording_free(recording);
+        return false;
+    }
+    note_device(recording);
+    return true;
 }
 
 bool recording_is_own(const char *path) {
@@ -531,7 +540,7 @@ bool recording_is_own(const char *path) {
 void recording_take_keys(recording_t *recording, const char *path) {
     recording_t own;
     failure_t ignored;
-    if (recording_is_own(path) && recording_read(&own, path, &ignored)) {
+    if (recording_is_own(path) && read_any(&own, path, &ignored)) {
         for (size_t i = 0; i < own.keys; i++) {
             recording_set_key(recording, own.key[i].key, own.key[i].value);
         }
@@ -582,4 +591,14 @@ bool recording_stage_supply(const recording_t *recording, double *supply_v, fail
                     text);
     }
     return true;
+}
+
+bool recording_check_keys(const recording_t *recording, failure_t *failure) {
+    drive_between_t between;
+    double number, before_v[RECORDING_MOST_BEFORE];
+    size_t points;
+    return recording_drive_between(recording, &between, failure) && recording_preload(recording, &number, failure) &&
+           recording_sampled_after(recording, &number, failure) &&
+           recording_stage_supply(recording, &number, failure) &&
+           recording_drive_before(recording, before_v, &points, failure);
 }

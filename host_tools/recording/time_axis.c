@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "recording/time_axis.h"
+#include "base/quantity.h"
 #include "recording/table/units.h"
 #include <gsl/gsl_interp.h>
 #include <math.h>
@@ -10,8 +11,13 @@
 
 /* Deviation in samples above which stamps count as uneven: the tolerance of recording.h for a printed time. */
 static const double even_within = 0.25;
-/* A step longer than this many typical ones is a gap, if most steps are nearly equal. */
+/* A step longer than this many typical ones is a gap, if most steps are nearly equal. So unlike the rates of two parts
+ * may not be either: what is resampled between them is made up in the slow one, or lost in the fast one. */
 static const double gap_from = 1.5;
+/* Among uneven steps, of this many mean ones: jitter is less. */
+static const double gap_in_jitter = 4.0;
+/* Steps over which jitter averages out, so that their mean is the rate there; of short files a quarter. */
+enum { LOCAL_STEPS = 64, FEWEST_LOCAL_STEPS = 4 };
 /* Relative tolerance between a stated rate and that of the stamps: clocks and printed digits differ by less, wrong
  * units by more. */
 static const double rate_tolerance = 0.005;
@@ -128,25 +134,88 @@ static const way_t *unsaid_way(const table_column_t *of, size_t rows, double sta
     return NULL;
 }
 
-static bool check_steps(const table_t *table, const double *stamp, double step, failure_t *failure) {
-    char text[40];
-    size_t even = 0;
+/* Whether all stamps go on, and how many of the steps are nearly the typical one. */
+static bool check_rising(const table_t *table, const double *stamp, double typical, size_t *even, failure_t *failure) {
+    *even = 0;
     for (size_t k = 1; k < table->rows; k++) {
         const double d = stamp[k] - stamp[k - 1];
         if (!(d > 0.0)) {
+            char text[40], after[QUANTITY_TEXT], before[QUANTITY_TEXT];
             where(table, k, text, sizeof text);
-            return fail(failure, "%s: time stays or goes back: %.9g s after %.9g s%s", text, stamp[k], stamp[k - 1],
+            quantity_time(after, stamp[k], fmin(typical, fabs(d)));
+            quantity_time(before, stamp[k - 1], fmin(typical, fabs(d)));
+            return fail(failure, "%s: time stays or goes back: %s s after %s s%s", text, after, before,
                         d < 0.0 ? "" : " (too few digits? hyst import --time none --sample-rate HZ)");
         }
-        even += fabs(d / step - 1.0) < 0.1;
+        *even += fabs(d / typical - 1.0) < 0.1;
     }
-    for (size_t k = 1; k < table->rows; k++) {
-        const double d = stamp[k] - stamp[k - 1];
-        if (d > gap_from * step && 10 * even >= 9 * (table->rows - 1)) {
-            where(table, k, text, sizeof text);
-            return fail(failure, "%s: gap in time: from %.9g s to %.9g s, one sample is %.6g s", text, stamp[k - 1],
-                        stamp[k], step);
+    return true;
+}
+
+/* The first rows of the fastest and of the slowest part, and how long one sample is in each. */
+typedef struct {
+    size_t row[2];
+    double step[2];
+} local_rates_t;
+
+static local_rates_t local_rates(const double *stamp, size_t rows) {
+    const size_t quarter = rows / 4;
+    const size_t length = quarter > LOCAL_STEPS          ? LOCAL_STEPS
+                          : quarter < FEWEST_LOCAL_STEPS ? FEWEST_LOCAL_STEPS
+                                                         : quarter;
+    const double by_more = 1e-6; /* than digits leave: the first such part is named */
+    local_rates_t found = {.step = {(double)INFINITY, 0.0}};
+    for (size_t k = 0; k + length < rows; k++) {
+        const double step = (stamp[k + length] - stamp[k]) / (double)length;
+        if (step * (1.0 + by_more) < found.step[0]) {
+            found.step[0] = step;
+            found.row[0] = k;
         }
+        if (step > found.step[1] * (1.0 + by_more)) {
+            found.step[1] = step;
+            found.row[1] = k;
+        }
+    }
+    return found;
+}
+
+/* Two rates, or times spaced by their logarithm, are no jitter. */
+static bool check_rates(const table_t *table, const double *stamp, failure_t *failure) {
+    const local_rates_t of = local_rates(stamp, table->rows);
+    if (!(of.step[1] > gap_from * of.step[0])) {
+        return true;
+    }
+    const size_t first = of.row[0] < of.row[1] ? 0 : 1, second = 1 - first;
+    char text[2][40];
+    where(table, of.row[first], text[0], sizeof text[0]);
+    where(table, of.row[second], text[1], sizeof text[1]);
+    return fail(failure,
+                "the sample rate changes: from %s on samples are %.4g s apart, from %s on %.4g s: resample the file to "
+                "even times, or take a part of one rate",
+                text[0], of.step[first], text[1], of.step[second]);
+}
+
+/* Gaps, and rates that change: neither is resampled. */
+static bool check_steps(const table_t *table, const double *stamp, double typical, double mean, failure_t *failure) {
+    size_t even, gap = 1;
+    if (!check_rising(table, stamp, typical, &even, failure)) {
+        return false;
+    }
+    const double longest = 10 * even >= 9 * (table->rows - 1) ? gap_from * typical : gap_in_jitter * mean;
+    while (gap < table->rows && stamp[gap] - stamp[gap - 1] <= longest) {
+        gap++;
+    }
+    /* Behind a gap it goes on as before. */
+    const bool alone = gap + 1 < table->rows && stamp[gap + 1] - stamp[gap] <= longest;
+    if (!alone && !check_rates(table, stamp, failure)) {
+        return false;
+    }
+    if (gap < table->rows) {
+        char text[40], from[QUANTITY_TEXT], to[QUANTITY_TEXT];
+        where(table, gap, text, sizeof text);
+        quantity_time(from, stamp[gap - 1], typical);
+        quantity_time(to, stamp[gap], typical);
+        return fail(failure, "%s: gap in time: from %s s to %s s, one sample is %.6g s", text, from, to, typical);
     }
     return true;
 }
@@ -158,7 +227,7 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
     const double typical = median_step(stamp, rows);
     const size_t anew = typical > 0.0 ? unwrap(stamp, rows, period, typical) : 0;
     double step = (stamp[rows - 1] - stamp[0]) / (double)(rows - 1), uneven;
-    if (!check_steps(table, stamp, typical > 0.0 ? typical : step, failure)) {
+    if (!check_steps(table, stamp, typical > 0.0 ? typical : step, step, failure)) {
         free(stamp);
         return false;
     }
@@ -171,7 +240,10 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
     /* Rounding of the first and of the last stamp tilts the line by up to twice what the others then differ. */
     axis->sample_rate_hz = fewest_digits(1.0 / step, fmin(0.01, 2.0 * fmax(uneven, 1e-6) / (double)(rows - 1)));
     axis->start_s = stamp[0];
-    snprintf(axis->text, sizeof axis->text, "%.6g to %.6g s, %.9g Hz", stamp[0], stamp[rows - 1], axis->sample_rate_hz);
+    char first[QUANTITY_TEXT], last[QUANTITY_TEXT];
+    quantity_time(first, stamp[0], step);
+    quantity_time(last, stamp[rows - 1], step);
+    snprintf(axis->text, sizeof axis->text, "%.30s to %.30s s, %.9g Hz", first, last, axis->sample_rate_hz);
     if (stated_hz > 0.0 && fabs(stated_hz * step - 1.0) > rate_tolerance) {
         fail(failure, "the time column says %.6g Hz, stated are %.6g Hz: is its unit right?", 1.0 / step, stated_hz);
         free(stamp);

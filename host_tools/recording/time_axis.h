@@ -17,8 +17,9 @@ typedef struct {
  * column: that of the time stamps, or -1; counts: its name says that it numbers the samples. The rate follows from the
  * stamps, rounded to the fewest digits that their resolution allows. A rate from the options or the file must agree
  * within 0.5 %; it is used if there are no stamps, or only sample numbers. Stamps uneven by more than a quarter of a
- * sample: stamp_s is set. False for a gap of more than a sample and a half beside even neighbours, for stamps that
- * repeat or go back, for numbers that leave one out, and without any rate.
+ * sample: stamp_s is set. False for a gap: of more than a sample and a half beside even neighbours, of more than four
+ * beside uneven ones. So for a rate that changes: where the mean of 64 steps is more than half as long again in one
+ * part as in another. So for stamps that repeat or go back, for numbers that leave one out, and without any rate.
  *
  * Stamps without a unit are in seconds; in thousandths, millionths or billionths, where a rate says so or where they
  * are then a time since 1970. So are Windows' steps of 100 ns, and the days of spreadsheets and MATLAB. A clock that

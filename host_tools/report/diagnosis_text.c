@@ -203,6 +203,14 @@ bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
     return text[0] != '\0';
 }
 
+/* What is noise shows in a rest and between passes; here, in what the recordings do not have of these. */
+static const char *what_would_tell(const probe_seen_t *seen) {
+    return seen->rests && seen->repeats ? ""
+           : seen->rests                ? " A path that repeats itself would tell which."
+           : seen->repeats              ? " A rest would tell which."
+                                        : " A rest, or a path that repeats itself, would tell which.";
+}
+
 /* How much of the error only another shape of hysteresis explains. Beside 1/f noise the operator may leave what the
  * model does, and then has called noise what may as well be creep or a drift. what: "the model leaves" */
 static void append_shape(const answer_t *answer, const char *what, char *text) {
@@ -210,9 +218,9 @@ static void append_shape(const answer_t *answer, const char *what, char *text) {
     if (shape->operator_percent >= answer->held_out_percent && shape->rho_hz > 0.0) {
         text_append(text,
                     " What %s, %.3g %%, is 1/f below %.3g Hz: noise, or something slow, as creep or a drift. An "
-                    "operator that imitates a hysteresis of any shape leaves no less, %.3g %%. A rest, or a path that "
-                    "repeats itself, would tell which.",
-                    what, answer->held_out_percent, shape->rho_hz, shape->operator_percent);
+                    "operator that imitates a hysteresis of any shape leaves no less, %.3g %%.%s",
+                    what, answer->held_out_percent, shape->rho_hz, shape->operator_percent,
+                    what_would_tell(&answer->question->seen));
         return;
     }
     text_append(text,
@@ -342,14 +350,16 @@ bool finding_times_text(const answer_t *answer, const finding_t *finding, char t
     return true;
 }
 
-/* "12 .. 14 and 30 .. 31 s", at most a few ranges. */
+/* "12 .. 14 and 30 .. 31 s", at most a few ranges. On a linear scale to a fifth of each, wherever 0 is: times may be
+ * those since 1970. */
 static void append_ranges(char *text, const ranges_t *all, double (*gap)(const range_t *, const range_t *),
                           const char *unit) {
     enum { MOST_TOLD = 3 };
     const ranges_t told = ranges_bridged(all, gap, MOST_TOLD);
     char range[QUANTITY_TEXT];
     for (size_t i = 0; i < told.count; i++) {
-        quantity_range(range, told.range[i].from, told.range[i].to, 0.0);
+        const double from = told.range[i].from, to = told.range[i].to;
+        quantity_range(range, from, to, gap == cells_linear_gap ? (to - from) / 5.0 : 0.0);
         text_append(text, "%s%s", text_between(i, told.count), range);
     }
     text_append(text, " %s", unit);

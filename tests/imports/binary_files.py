@@ -56,6 +56,12 @@ def _(path):
         np.save(file, np.column_stack([T, U, Y]))
 
 
+@export("NumPy .npz, half precision", tolerance=1e-3)
+def _(path):
+    with open(path, "wb") as file:
+        np.savez(file, t=T, drive=U.astype(">f2"), position=Y.astype(np.float16))
+
+
 @export("NumPy .npy, signals in rows, single precision, columns first", tolerance=1e-6)
 def _(path):
     with open(path, "wb") as file:

@@ -249,6 +249,23 @@ def _(path):
     table(path, "Index,Time,Ch1 (V),Ch2 (V)", K, T, U, Y / 5.0)
 
 
+for above, end in (("# Sampling rate: 1 kHz\n# Ch1: position [nm]\n# Ch2: drive [mV]\n", ""),
+                   ("# fs = 1000 Hz\n# column 1: position (nm)\n# column 2: drive voltage (mV)\n", " ")):
+    @export(f"what each channel is, in remarks: '{above.splitlines()[1]}'", says=["' in mV (by its name)"])
+    def _(path, above=above, end=end):
+        text(path, above + rows(1e3 * Y, 1e3 * U, separator=end or ","))
+
+
+@export("what each channel is, in remarks, beside times", start=0.0)
+def _(path):
+    text(path, "# Channel 1: drive [mV]\n# Channel 2: position [nm]\n" + rows(T, 1e3 * U, 1e3 * Y))
+
+
+@export("remarks of two words over two columns", "--sample-rate 1000", says=["  by place: "])
+def _(path):
+    text(path, "# Sensor: capacitive\n" + rows(U, Y))
+
+
 @export("three channels", refused="3 columns could be the drive: 2 'Ch1' (unknown), 3 'Ch2' (unknown), 4 'Ch3' (unknown): say which")
 def _(path):
     table(path, "Time,Ch1,Ch2,Ch3", T, U, MONITOR, Y)

@@ -6,7 +6,7 @@ import io
 import h5py
 import numpy as np
 import scipy.io
-from measurement import export, rows, T, text, U, Y
+from measurement import export, ROWS, rows, T, text, U, Y
 
 
 @export("an empty file", refused="empty file")
@@ -39,11 +39,40 @@ def _(path):
     text(path, "t,u,y [bananas]\n" + "\n".join(lines) + "\n")
 
 
+def at_times(path, at):
+    text(path, "t [s],u [V],y [um]\n" + rows(at, np.interp(at, T, U), np.interp(at, T, Y), form="%.12g"))
+
+
+# Jitter is made even. What is sampled at another rate elsewhere would be made up there, or lost.
+@export("times spaced by their logarithm", refused="the sample rate changes: from line 2 on samples are 4.081e-06 s")
+def _(path):
+    at_times(path, np.logspace(-4, np.log10(0.3), ROWS))
+
+
+@export("a second half at half the rate",
+        refused="the sample rate changes: from line 2 on samples are 0.0005 s apart, from line 202 on 0.001 s: "
+                "resample the file to even times, or take a part of one rate")
+def _(path):
+    at_times(path, np.cumsum(np.where(np.arange(ROWS) <= 200, 0.0005, 0.001)))
+
+
+@export("a gap among stamps that jitter", refused="line 202: gap in time: from 0.1")
+def _(path):
+    at = 0.0008 * (np.arange(ROWS) + np.random.default_rng(7).uniform(-0.35, 0.35, ROWS))
+    at_times(path, at + 0.004 * (np.arange(ROWS) >= 200))
+
+
 @export("a line cut short", refused="line 301: 2 numbers where others have 3")
 def _(path):
     lines = rows(T, U, Y).splitlines()
     lines[299] = lines[299].rsplit(",", 1)[0]
     text(path, "t,u,y\n" + "\n".join(lines) + "\n")
+
+
+@export("one column as two", "--drive u --displacement 2", refused="column 2 'u' cannot be both drive and displacement: "
+        "say another for one of them")
+def _(path):
+    text(path, "t,u,y\n" + rows(T, U, Y))
 
 
 @export("a position that never changes", refused="never changes")

@@ -119,10 +119,27 @@ class Recordings(unittest.TestCase):
         np.testing.assert_array_equal(made.column("temperature"), np.full(400, 21.0))
         gap = np.concatenate([time[:200], time[200:] + 1.0])
         self.assertIn("gap", line_of(hyst.Recording, drive, drive, time=gap))
+        jitter = time + np.random.default_rng(1).uniform(-0.0012, 0.0012, 400)
+        self.assertIn("resampled to even ones", hyst.Recording(drive, 0.1 * drive, time=jitter).understood)
+        self.assertIn("the sample rate changes: from row 1 on",
+                      line_of(hyst.Recording, drive, 0.1 * drive, time=np.logspace(-2, 3, 400)))
 
     def test_columns_cannot_be_written_to(self):
         with self.assertRaises(ValueError):
             hyst.read(RECORDING).drive[0] = 1.0
+
+    def test_keys_cannot_be_written_to(self):
+        recording = hyst.Recording([0.0, 1.0], [0.0, 1.0], sample_rate=10, keys={"drive_between_samples": "line"})
+        with self.assertRaises(TypeError):
+            recording.keys["drive_between_samples"] = "held"
+        other = hyst.Recording(recording.drive, recording.displacement, sample_rate=10,
+                               keys={**recording.keys, "drive_between_samples": "held"})
+        self.assertEqual(other.keys, {"drive_between_samples": "held"})
+
+    def test_a_bad_key_of_a_file_is_refused_where_it_is_read(self):
+        with open("banana.csv", "w", encoding="utf-8") as file:
+            file.write("# sample_rate_hz: 10\n# drive_between_samples: banana\nt,drive,displacement\n0,0,0\n0.1,1,1\n")
+        self.assertIn("drive_between_samples is 'banana', not held, line or smooth", line_of(hyst.read, "banana.csv"))
 
     def test_a_foreign_file_is_told_what_its_columns_are(self):
         with open("foreign.csv", "w", encoding="utf-8") as file:
@@ -145,6 +162,16 @@ class Recordings(unittest.TestCase):
         for key in "drive_unit", "displacment_unit", "sample_rate_hz":  # a file's; written, it would be read in mV
             with self.assertRaisesRegex(hyst.Error, f"header key '{key}' says what the numbers of a file are"):
                 hyst.Recording(drive=[0.0, 1.0], displacement=[0.0, 1.0], sample_rate=1e3, keys={key: "mV"})
+        with self.assertRaisesRegex(hyst.Error, "drive_between_samples is 'banana', not held, line or smooth"):
+            hyst.Recording([0.0, 1.0], [0.0, 1.0], sample_rate=10, keys={"drive_between_samples": "banana"})
+        with self.assertRaisesRegex(hyst.Error, "from_s=None: a number"):
+            hyst.read(RECORDING).span(None, None)
+        with self.assertRaisesRegex(hyst.Error, "start='now': a number"):
+            hyst.Recording([0.0, 1.0], [0.0, 1.0], sample_rate=10, start="now")
+        for said in {"sure": -1}, {"sure": 1.5}, {"seed": -1}, {"seed": 0.5}, {"samples": 0}, {"samples": 1e4}:
+            (name, value), = said.items()
+            with self.assertRaisesRegex(hyst.Error, f"{name}={value}: a whole number from [01] on"):
+                hyst.diagnose(hyst.read(RECORDING), **said)
         with self.assertRaisesRegex(hyst.Error, "recording.mat: hyst writes no such files"):
             hyst.read(RECORDING).write("recording.mat")
 

@@ -91,8 +91,29 @@ static void test_bounds_of_a_range(void) {
     expect_range("0 .. 100", 0.04, 100.2, 1.0);
     expect_range("-20.3 .. 119.8", -20.312, 119.83, 0.14);
     expect_range("1000.14 .. 1000.26", 1000.141, 1000.258, 0.0);
-    expect_range("0 .. 0", 0.0, 0.0, 0.0);
-    expect_range("5.1 .. 5.1", 5.123, 5.123, 0.0);
+    expect_range("0", 0.0, 0.0, 0.0);
+    expect_range("5.1", 5.123, 5.123, 0.0);
+}
+
+static void test_a_range_of_nothing_is_one_number(void) {
+    expect_range("120000", 120000.0, 120000.00012, 0.0);
+    expect_range("1000", 1000.0, 1000.000001, 0.0);
+    expect_range("5", 4.98, 5.02, 1.0);
+    expect_range("1772755198.3 .. 1772755199.1", 1772755198.34, 1772755199.07, 0.146); /* seconds since 1970 */
+}
+
+static void expect_time(const char *expected, double time_s, double interval_s) {
+    char text[QUANTITY_TEXT];
+    quantity_time(text, time_s, interval_s);
+    TEST_ASSERT_EQUAL_STRING(expected, text);
+}
+
+static void test_a_time_tells_samples_apart(void) {
+    expect_time("6.513", 6.5130001, 0.001);
+    expect_time("1772755198.0013", 1772755198.00133, 0.0001);
+    expect_time("1772755198", 1772755198.0, 0.001);
+    expect_time("-0.0006", -0.0006, 0.0006);
+    expect_time("43200", 43200.0, 600.0);
 }
 
 int main(void) {
@@ -104,5 +125,7 @@ int main(void) {
     RUN_TEST(test_no_text_overflows);
     RUN_TEST(test_no_exponent_where_hands_write_none);
     RUN_TEST(test_bounds_of_a_range);
+    RUN_TEST(test_a_range_of_nothing_is_one_number);
+    RUN_TEST(test_a_time_tells_samples_apart);
     return UNITY_END();
 }

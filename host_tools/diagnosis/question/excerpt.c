@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/question/excerpt.h"
+#include "base/quantity.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdio.h>
@@ -202,9 +203,13 @@ bool excerpt_text(const recording_t *recording, char text[EXCERPT_LINE]) {
         snprintf(means, sizeof means, ", as means of %zu: what is quicker than %.3g s is not seen", of,
                  1.0 / recording->sample_rate_hz);
     }
+    char time[2][QUANTITY_TEXT];
+    for (size_t end = 0; end < 2; end++) {
+        const double sample = end == 0 ? 0.0 : (double)recording->samples;
+        quantity_time(time[end], recording_time(recording, sample), 1.0 / recording->sample_rate_hz);
+    }
     snprintf(text, EXCERPT_LINE,
-             "%zu of %zu samples, from t = %.6g to %.6g s%s. What takes longer, or happens outside, is not seen.",
-             recording->samples * of, recording->whole->samples, recording_time(recording, 0.0),
-             recording_time(recording, (double)recording->samples), means);
+             "%zu of %zu samples, from t = %s to %s s%s. What takes longer, or happens outside, is not seen.",
+             recording->samples * of, recording->whole->samples, time[0], time[1], means);
     return true;
 }

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import json
+import operator
 import os
 import signal
 import threading
@@ -202,6 +203,25 @@ def options(**values: Any) -> bytes:
         return json.dumps(given, default=_plain, allow_nan=False).encode()
     except ValueError:
         raise Error(f"an option is no finite number: {given}") from None
+
+
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number for the engine: ctypes would make the largest one of -1."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = least - 1
+    if not least <= number < 2**63:
+        raise Error(f"{name}={value!r}: a whole number from {least} on")
+    return number
+
+
+def real(name: str, value: Any) -> float:
+    """A number for the engine."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise Error(f"{name}={value!r}: a number") from None
 
 
 def range_of(name: str, ends: Any) -> list[float] | None:

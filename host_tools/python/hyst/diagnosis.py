@@ -9,7 +9,7 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, Sequence
 
-from ._library import Array, Error, Held, Progress, as_path, checked, column_out, lib, long_work, text
+from ._library import Array, Error, Held, Progress, as_path, checked, column_out, lib, long_work, text, whole
 from .model import Model, check_columns, listed
 from .recording import Recording
 
@@ -197,11 +197,11 @@ def diagnose(
     if not columns_are_right:
         check_columns(several)
     given = None if model is None else Model._handle_of(model)
-    if samples is not None and samples < 1:
-        raise Error(f"samples={samples}: at least 1000 of each recording")
-    handle = long_work(lambda: lib.diagnose_at_most(Recording._handles_of(several), len(several), given, samples or 0), progress)
+    most = 0 if samples is None else whole("samples", samples, 1)
+    each = 0 if sure is True else whole("sure", sure)
+    whole("seed", seed)
+    handle = long_work(lambda: lib.diagnose_at_most(Recording._handles_of(several), len(several), given, most), progress)
     if sure and handle:
-        each = 0 if sure is True else int(sure)
         if not long_work(lambda: lib.diagnosis_sure(handle, given, each, seed), progress):
             lib.diagnosis_free(handle)
             checked(None)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ._library import (Array, Cancelled, Error, Held, Progress, as_path, checked, column_in, lib, long_work, options,
-                       parsed, range_of, text)
+                       parsed, range_of, real, text, whole)
 from .recording import Recording
 
 
@@ -74,8 +74,9 @@ class Model(Held):
         """
         pointer, array = column_in(drive)
         position = np.empty_like(array)
-        rate = self.sample_rate if sample_rate is None else sample_rate
-        checked(lib.simulate(self._handle, rate, len(array), pointer, options(preload_n=float(preload), seed=seed),
+        rate = self.sample_rate if sample_rate is None else real("sample_rate", sample_rate)
+        said = options(preload_n=real("preload", preload), seed=whole("seed", seed))
+        checked(lib.simulate(self._handle, rate, len(array), pointer, said,
                              position.ctypes.data_as(ctypes.POINTER(ctypes.c_double))))
         return position
 

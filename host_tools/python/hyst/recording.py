@@ -7,12 +7,13 @@ import ctypes
 import json
 import math
 import os
+from types import MappingProxyType
 from typing import Any, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, text
+from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, real, text
 from ._tdms import read_table
 
 UNITS = {
@@ -33,8 +34,9 @@ class Recording(Held):
     """Drive in V and displacement in um of one run, sampled uniformly.
 
     Recording(drive, displacement, sample_rate=10000) or Recording(drive, displacement, time=t). Time stamps are
-    treated as those of a file: jitter is resampled, a gap is refused. Further columns: reference (um), voltage (V),
-    current (A), temperature (degC), as keywords. keys: the header of the file, for example {"preload_n": "20"}.
+    treated as those of a file: jitter is resampled, and understood says so; a gap, or a rate that changes, is refused.
+    Further columns: reference (um), voltage (V), current (A), temperature (degC), as keywords. keys: the header of the
+    file, for example {"preload_n": "20"}.
 
     The columns are arrays that cannot be written to: a recording is what was measured.
     """
@@ -71,10 +73,10 @@ class Recording(Held):
             units = [UNITS.get(column, "s") for column in arrays]
             self._handle = checked(_import(name, list(arrays), units, list(arrays.values()), None))
         else:
-            self._handle = checked(lib.recording_make(name.encode(), float(sample_rate), samples))  # type: ignore
+            self._handle = checked(lib.recording_make(name.encode(), real("sample_rate", sample_rate), samples))
             for column, (pointer, _) in arrays.items():
                 checked(lib.recording_set_column(self._handle, column.encode(), pointer))
-            lib.recording_set_start_s(self._handle, start)
+            lib.recording_set_start_s(self._handle, real("start", start))
         for key, value in (keys or {}).items():
             checked(lib.recording_set_key(self._handle, str(key).encode(), str(value).encode()))
         self._columns: dict[str, Array | None] = {}
@@ -143,13 +145,13 @@ class Recording(Held):
 
     @property
     def understood(self) -> str:
-        """What a file of another format was taken for, a line for each column; "" for the project's own."""
+        """What a file of another format, or arrays with time stamps, were taken for, a line for each column; else ""."""
         return str(lib.recording_understood(self._handle).decode(errors="replace"))
 
     @property
-    def keys(self) -> dict[str, str]:
-        """What the header says beside rate and units."""
-        return parsed(text(lib.recording_keys(self._handle)))
+    def keys(self) -> Mapping[str, str]:
+        """What the header says beside rate and units; to be read. hyst.Recording(.., keys={**old.keys, ..}) has others."""
+        return MappingProxyType(parsed(text(lib.recording_keys(self._handle))))
 
     @property
     def extra(self) -> dict[str, Array]:
@@ -181,7 +183,7 @@ class Recording(Held):
 
     def span(self, from_s: float = -math.inf, to_s: float = math.inf) -> Recording:
         """What was recorded from from_s on and before to_s, by its own times."""
-        return Recording._of(checked(lib.recording_span(self._handle, from_s, to_s)))
+        return Recording._of(checked(lib.recording_span(self._handle, real("from_s", from_s), real("to_s", to_s))))
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a file that every command of hyst reads: CSV, or HDF5 where the name ends in .h5, .hdf5 or .nc.

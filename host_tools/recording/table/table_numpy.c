@@ -4,6 +4,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <limits.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -50,7 +51,7 @@ static bool parse_type(const char *text, array_field_t *field) {
     }
     field->size = strtoul(text + 1, &end, 10);
     return end != text + 1 &&
-           (*text == 'f' ? field->size == 4 || field->size == 8
+           (*text == 'f' ? field->size == 2 || field->size == 4 || field->size == 8
                          : field->size == 1 || field->size == 2 || field->size == 4 || field->size == 8);
 }
 
@@ -148,6 +149,15 @@ static bool parse_header(const unsigned char *bytes, size_t length, array_t *arr
     return good;
 }
 
+/* IEEE 754 with 5 bits of exponent and 10 of mantissa: no type of C has it. */
+static double half(uint16_t bits) {
+    const int exponent = bits >> 10 & 31, mantissa = bits & 1023;
+    const double size = exponent == 31  ? (mantissa == 0 ? (double)INFINITY : (double)NAN)
+                        : exponent == 0 ? ldexp(mantissa, -24)
+                                        : ldexp(1024 + mantissa, exponent - 25);
+    return bits >> 15 ? -size : size;
+}
+
 static double number_at(const unsigned char *bytes, const array_field_t *field) {
     unsigned char raw[8] = {0};
     union {
@@ -167,7 +177,7 @@ static double number_at(const unsigned char *bytes, const array_field_t *field) 
     }
     memcpy(&value, raw, field->size);
     if (field->kind == 'f') {
-        return field->size == 8 ? value.f8 : (double)value.f4;
+        return field->size == 8 ? value.f8 : field->size == 4 ? (double)value.f4 : half(value.u2);
     }
     switch (field->size) {
     case 1:

@@ -117,7 +117,8 @@ static bool split_fact(const char *line, char key[60], text_field_t *value) {
     return key[0] != '\0';
 }
 
-size_t text_numbered(const char *const *line, size_t lines, const char *key, text_field_t *field, size_t most) {
+size_t text_numbered(const char *const *line, size_t lines, const char *key, size_t first, text_field_t *field,
+                     size_t most) {
     const size_t size = strlen(key);
     size_t count = 0;
     for (size_t i = 0; i < most; i++) {
@@ -130,8 +131,8 @@ size_t text_numbered(const char *const *line, size_t lines, const char *key, tex
             isdigit((unsigned char)found[size])) {
             char *end;
             const unsigned long number = strtoul(found + size, &end, 10);
-            if (*end == '\0' && number < most) {
-                field[number] = value;
+            if (*end == '\0' && number >= first && number - first < most) {
+                field[number - first] = value;
             }
         }
     }

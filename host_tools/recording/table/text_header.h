@@ -38,9 +38,10 @@ bool text_is_source_key(const char *field);
 /** A header line without what says that names follow, "Columns: t, x". */
 const char *text_behind_list_key(const char *line);
 
-/** Facts by number, "# NAME0 = Target Position" or "UNIT1: um": `key` in small letters, number from 0. Returns how many
- * there are from 0 on without a gap, `most` at most. */
-size_t text_numbered(const char *const *line, size_t lines, const char *key, text_field_t *field, size_t most);
+/** Facts by number, "# NAME0 = Target Position" or "UNIT1: um": `key` in small letters. Returns how many
+ * there are from number `first` on without a gap, `most` at most. */
+size_t text_numbered(const char *const *line, size_t lines, const char *key, size_t first, text_field_t *field,
+                     size_t most);
 
 /** The unit that a header line states for all signals, "#UNITS:V" or "Unit:(mV)": a known one of voltage or length.
  * `unit` has TEXT_FIELD characters. False: none does, or they differ. */

@@ -156,7 +156,7 @@ static text_field_t *stated(const text_source_t *source, const layout_t *layout,
  * column. NULL: not one for each. To be freed. */
 static text_field_t *numbered(const text_source_t *source, const layout_t *layout, const char *key) {
     text_field_t *field = allocate(MOST_COLUMNS, sizeof *field), *over = allocate(MOST_COLUMNS, sizeof *over);
-    const size_t count = text_numbered((const char *const *)source->line, layout->begin, key, field, MOST_COLUMNS);
+    const size_t count = text_numbered((const char *const *)source->line, layout->begin, key, 0, field, MOST_COLUMNS);
     size_t next = 0;
     for (size_t j = 0; count == layout->columns && j < MOST_COLUMNS; j++) {
         if (layout->number[j]) {
@@ -168,6 +168,60 @@ static text_field_t *numbered(const text_source_t *source, const layout_t *layou
         free(over);
         return NULL;
     }
+    return over;
+}
+
+/* "Sensor: capacitive", "Ch1: drive [mV]": a key with its value, and no line of names. A comma separates names, but
+ * behind a number. */
+static bool is_remark(const char *line) {
+    const char *at = text_behind_list_key(line + strspn(line, "#%/! \t\""));
+    const char *const colon = strchr(at, ':');
+    if (colon == NULL || colon == at || strchr(colon + 1, ':') != NULL || strchr(" \t", colon[1]) == NULL) {
+        return false;
+    }
+    const bool numbered = strchr("0123456789", colon[-1]) != NULL && at + strcspn(at, ",;|") > colon;
+    return numbered || at[strcspn(at, ",;|\t")] == '\0';
+}
+
+/* The line above the data. */
+static const char *line_above(const text_source_t *source, const layout_t *layout) {
+    size_t above = layout->begin;
+    while (above > 0 && text_is_blank(source->line[above - 1])) {
+        above--;
+    }
+    return above > 0 ? source->line[above - 1] : "";
+}
+
+/* What remarks say of each channel, over its column: "# Ch1: drive [mV]", "% Column 2: position (nm)". Times in front
+ * are no channel. NULL: not one for each. To be freed. */
+static text_field_t *channels(const text_source_t *source, const layout_t *layout, double **value, size_t rows) {
+    static const char *const keys[] = {"ch",     "chan",  "channel", "kanal", "voie",  "canal",
+                                       "signal", "input", "column",  "col",   "spalte"};
+    enum { OF_CHANNELS = 8 }; /* the others count times, too */
+    text_field_t *over = NULL, *field = allocate(MOST_COLUMNS, sizeof *field);
+    for (size_t i = 0; over == NULL && i < sizeof keys / sizeof keys[0]; i++) {
+        const size_t first =
+            text_numbered((const char *const *)source->line, layout->begin, keys[i], 1, field, MOST_COLUMNS) > 0 ? 1
+                                                                                                                 : 0;
+        const size_t count =
+            text_numbered((const char *const *)source->line, layout->begin, keys[i], first, field, MOST_COLUMNS);
+        bool timed = i < OF_CHANNELS && count + 1 == layout->columns;
+        for (size_t k = 1; timed && k < rows; k++) {
+            timed = value[0][k] > value[0][k - 1];
+        }
+        if (count < 2 || (count != layout->columns && !timed)) {
+            continue;
+        }
+        over = allocate(MOST_COLUMNS, sizeof *over);
+        for (size_t j = 0, next = 0; j < MOST_COLUMNS; j++) {
+            if (layout->number[j] && timed) {
+                timed = false;
+            } else if (layout->number[j]) {
+                over[j] = field[next++];
+            }
+        }
+    }
+    free(field);
     return over;
 }
 
@@ -262,7 +316,7 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
     text_field_t *fields[HEADS];
     size_t count[HEADS] = {0}, found = 0, of_units = HEADS;
     for (size_t i = layout->begin; i > 0 && found < HEADS; i--) {
-        if (!text_is_blank(source->line[i - 1])) {
+        if (!text_is_blank(source->line[i - 1]) && !is_remark(source->line[i - 1])) {
             fields[found] = allocate(MOST_COLUMNS, sizeof *fields[found]);
             count[found] = split_names(source->line[i - 1], layout, least, fields[found]);
             if (is_no_head(fields[found], count[found]) || are_keyed_units(fields[found], count[found], least)) {
@@ -347,7 +401,8 @@ static void tell_unnamed(table_t *table, const text_source_t *source, const layo
     while (above > 0 && text_is_blank(source->line[above - 1])) {
         above--;
     }
-    const char *line = above > 0 ? source->line[above - 1] + strspn(source->line[above - 1], "#%/! ") : "";
+    const char *line = line_above(source, layout);
+    line += strspn(line, "#%/! ");
     for (const char *at = line; at != NULL && *at != '\0'; words++) {
         const char *word;
         size_t length;
@@ -438,6 +493,9 @@ void text_name_columns(table_t *table, const text_source_t *source, const layout
     find_heads(source, layout, least, &names, &units);
     if (names == NULL && table->rows > 2) {
         names = names_behind_numbers(source, layout, least, value[0]);
+    }
+    if (names == NULL || is_remark(line_above(source, layout))) {
+        prefer(&names, channels(source, layout, value, table->rows));
     }
     prefer(&names, stated(source, layout, least, text_is_name_key));
     prefer(&names, numbered(source, layout, "name"));

@@ -39,7 +39,19 @@ static void test_an_operator_that_leaves_as_much_proves_nothing(void) {
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "What the model leaves, 0.1 %, is 1/f below 210 Hz: noise, or something "
                                               "slow, as creep or a drift."),
                                  text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "leaves no less, 0.12 %. A rest, or a path that repeats itself, would "),
+                                 text);
+    /* What the recordings have is not advised. */
+    question->seen.repeats = true;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "leaves no less, 0.12 %. A rest would tell which."), text);
+    question->seen.rests = true;
+    verdict_sentence(&diagnosis, text);
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "leaves no less, 0.12 %."), text);
+    TEST_ASSERT_NULL_MESSAGE(strstr(text, "would tell which"), text);
+    question->seen.repeats = false;
+    verdict_sentence(&diagnosis, text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "0.12 %. A path that repeats itself would tell which."), text);
     TEST_ASSERT_NULL_MESSAGE(strstr(text, "of another shape"), text);
     diagnosis.shape_after.operator_percent = 0.5 * diagnosis.held_out_percent;
     verdict_sentence(&diagnosis, text);
