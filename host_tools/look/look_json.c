@@ -83,7 +83,9 @@ static json_t *response_to_json(const response_t *response) {
                                                 "phase_sigma", json_number_or_null(p->phase_sigma), "coherence",
                                                 p->coherence, "lag_s", p->lag_s));
     }
-    return json_pack("{s:s, s:o}", "method", response->periodic ? "periodic" : "local polynomial", "points", points);
+    return json_pack("{s:s, s:o, s:o}", "method", response->periodic ? "periodic" : "local polynomial", "points",
+                     points, "goes_on_to_hz",
+                     response->goes_on_to_hz > 0.0 ? json_real(response->goes_on_to_hz) : json_null());
 }
 
 static json_t *ring_to_json(const look_t *look) {

@@ -141,13 +141,20 @@ static void print_response(FILE *file, const look_t *look) {
     for (size_t i = 0; i < response->count; i++) {
         last = response->point[i].coherence >= threshold.coherent_enough ? &response->point[i] : last;
     }
-    if (peak != NULL) {
+    if (peak != NULL && !(peak == last && response->goes_on_to_hz > 0.0)) {
         fprintf(file, "; most, %.3g um/V, at %.4g Hz", peak->gain_um_per_v, peak->frequency_hz);
     }
     if (last != NULL && last != lowest) {
         fprintf(file, ";\n             %.3g um/V at %.3g Hz, lag ", last->gain_um_per_v, last->frequency_hz);
         print_rounded(file, "s", last->lag_s, 2);
         fprintf(file, " (coherence %.2f)", last->coherence);
+    }
+    if (response->goes_on_to_hz > 0.0) {
+        fprintf(
+            file,
+            ";\n             it ends there%s: the drive sweeps on to about %.2g Hz within %.2g s, too fast to tell a "
+            "response from how the recording ends",
+            peak == last && peak != NULL ? ", and still rises" : "", response->goes_on_to_hz, response->goes_on_s);
     }
     fprintf(file, "\n");
 }

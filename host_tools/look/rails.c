@@ -148,8 +148,8 @@ static bool find_rail(const recording_t *recording, const double range_v[2], dou
     return found;
 }
 
-/* The gain of a straight line through all of it, if that is below the given one of the ranges: where a mode swings, the
- * stroke is many times what the drive moves elsewhere, and beside that any motion is a stop. */
+/* The gain of a straight line through all of it, if that is below the given one of the ranges. Where a mode swings, the
+ * stroke is many times what the drive moves elsewhere. Beside that any motion is a stop. */
 static double gain_of_line(const recording_t *recording, double gain_of_ranges) {
     double offset, slope, ignored;
     gsl_fit_linear(recording->column[COLUMN_DRIVE], 1, recording->column[COLUMN_DISPLACEMENT], 1, recording->samples,

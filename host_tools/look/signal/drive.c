@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* LEAST_WAY: intervals of a way whose inside, without the first and the last one, tells a line from a sine. */
-enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32, LEAST_WAY = 5 };
+enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32, LEAST_WAY = 4 };
 /* The median of chi square with some 9 independent squares is 7 % below its mean. */
 static const double median_of_block = 0.93;
 /* Median of the square of a normal number, of its mean. */
@@ -212,9 +212,12 @@ static double bend_of(const double *u, size_t from, size_t to) {
 /* Corners between samples cut the ends of a way, by the more the fewer samples it has. So its inside has to be straight
  * by itself: a sine of few samples is as near to its chord as a triangle. rounding_v: of each sample. */
 static bool is_line(const double *u, size_t from, size_t to, double rounding_v) {
-    const double height = fabs(u[to] - u[from]);
-    return bend_of(u, from, to) <= height * (threshold.bent_way + threshold.cut_corner / (double)(to - from)) &&
-           (to - from < LEAST_WAY || bend_of(u, from + 1, to - 1) <= height * threshold.bent_way + rounding_v);
+    const double height = fabs(u[to] - u[from]), sample = threshold.cut_corner * height / (double)(to - from);
+    if (to - from < LEAST_WAY) {
+        return bend_of(u, from, to) <= height * threshold.bent_way + sample;
+    }
+    return bend_of(u, from, to) <= height * threshold.bent_way + 2.0 * sample &&
+           bend_of(u, from + 1, to - 1) <= height * threshold.bent_way + rounding_v;
 }
 
 /* Whether the drive is a straight line between most of its turning points, or from end to end without any; rests and

@@ -57,7 +57,7 @@ static size_t density_of(const stretches_t *s, size_t length, double rate_hz, do
 }
 
 /* w + a / f by Whittle's likelihood: least squares weighted with what was found before, neither below 0. A line of hum
- * or of a ring counts as the largest of noise: it is neither share. */
+ * or of a ring is neither share. It counts as the largest of noise, so that slow noise of few tones is noise still. */
 static void fit_shares(const double *density, size_t length, double rate_hz, double *w, double *a) {
     const double step_hz = rate_hz / (double)length;
     *w = look_quantile(density + LOWEST_LINES, length / 2 - LOWEST_LINES, 0.5) / 0.7;
@@ -67,10 +67,10 @@ static void fit_shares(const double *density, size_t length, double rate_hz, dou
         for (size_t h = LOWEST_LINES; h < length / 2; h++) {
             const double x = 1.0 / ((double)h * step_hz), model = *w + *a * x;
             const double weight = model > 0.0 ? 1.0 / (model * model) : 0.0;
+            const double here = fmin(density[h], threshold.most_of_line * model);
             s11 += weight;
             s12 += weight * x;
             s22 += weight * x * x;
-            const double here = fmin(density[h], threshold.most_of_line * model);
             b1 += weight * here;
             b2 += weight * x * here;
         }
@@ -92,7 +92,8 @@ static void fit_shares(const double *density, size_t length, double rate_hz, dou
     }
 }
 
-/* Marks single samples far from their neighbours: one leaves half of itself with either. */
+/* Marks single samples far from their neighbours: one leaves half of itself with either, and so do those marked
+ * already. */
 static void mark_single(const stretches_t *s, unsigned char *far) {
     double *apart = allocate(s->count, sizeof *apart);
     size_t *at = allocate(s->count, sizeof *at), inner = 0;
@@ -104,10 +105,11 @@ static void mark_single(const stretches_t *s, unsigned char *far) {
     }
     const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
     for (size_t k = 0; k < inner; k++) {
-        if (usual > 0.0 && fabs(apart[k]) > threshold.beyond_chance * usual &&
-            (k == 0 || fabs(apart[k]) >= fabs(apart[k - 1])) &&
+        const size_t here = at[k];
+        if (far[here - 1] == 0 && far[here] == 0 && far[here + 1] == 0 && usual > 0.0 &&
+            fabs(apart[k]) > threshold.beyond_chance * usual && (k == 0 || fabs(apart[k]) >= fabs(apart[k - 1])) &&
             (k + 1 == inner || fabs(apart[k]) > fabs(apart[k + 1]))) {
-            far[at[k]] = 1;
+            far[here] = 1;
         }
     }
     free(apart);
@@ -172,8 +174,8 @@ static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share)
     share->samples = s->count;
     share->rms_um = sqrt(squares / (double)s->count);
     share->kurtosis = squares > 0.0 ? fourth * (double)s->count / (squares * squares) : 3.0;
-    mark_single(s, far);
     mark_far(s, far);
+    mark_single(s, far);
     for (size_t k = 0; k < s->count; k++) {
         share->outliers += far[k];
     }
@@ -181,20 +183,18 @@ static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share)
     free(far);
 }
 
-/* A rest that something was before may settle; how, they share. */
+/* What was before a rest settles in it. How, those behind a motion say; the recording may begin so, too. */
 static void rests_of(const recording_t *recording, const drive_look_t *drive, stretches_t *s) {
-    static const settling_t nothing = {0};
     look_span_t *spans = allocate(drive->rests + 1, sizeof *spans);
-    size_t count = 0, first = 0; /* the first that settles */
+    size_t count = 0, first = 0; /* the first that something was before */
     settling_t settling;
     for (size_t i = 0; i < drive->rests; i++) {
         look_span_t span = drive->rest[i];
         const double third = threshold.settling_part * (double)span_length(span);
-        const bool settles = span.from > 0;
-        span.from += settles ? (size_t)fmin(third, threshold.settling_s * recording->sample_rate_hz + 1.0) : 0;
+        span.from += span.from == 0 ? 0 : (size_t)fmin(third, threshold.settling_s * recording->sample_rate_hz + 1.0);
         if (span_length(span) >= LEAST_SAMPLES) {
+            first = span.from == 0 ? 1 : first;
             spans[count++] = span;
-            first += settles ? 0 : 1;
         }
     }
     settling_find(recording->column[COLUMN_DISPLACEMENT], spans + first, count - first, &settling);
@@ -202,7 +202,7 @@ static void rests_of(const recording_t *recording, const drive_look_t *drive, st
         const size_t length = span_length(spans[i]);
         double *piece = allocate(length, sizeof *piece);
         memcpy(piece, recording->column[COLUMN_DISPLACEMENT] + spans[i].from, length * sizeof *piece);
-        settling_take_out(i < first ? &nothing : &settling, piece, length);
+        settling_take_out(&settling, piece, length);
         add_stretch(s, piece, length);
         free(piece);
     }

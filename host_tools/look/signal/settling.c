@@ -122,8 +122,8 @@ static bool covariance_of(const rests_t *rests, const settling_t *settling, size
     return windows >= 2 * WINDOW;
 }
 
-/* The vectors of a space of `order` dimensions, sorted, to how it goes on by one step: (I + l l' / (1 - l' l)) U1' U2,
- * with U1 and U2 all rows but the last and the first one, l the last one. */
+/* From the vectors of a space of `order` dimensions, sorted, how it goes on by one step: (I + l l' / (1 - l' l)) U1'
+ * U2. U1 and U2 are all rows but the last and the first one, l is the last one. */
 static void step_of_space(const gsl_matrix *vectors, size_t order, gsl_matrix *step) {
     double last[MOST_ORDER], size = 0.0;
     gsl_matrix *product = gsl_matrix_calloc(order, order);
