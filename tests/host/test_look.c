@@ -522,25 +522,29 @@ static void test_a_path_that_repeats_exactly_has_no_noise(void) {
     look_free(&look);
 }
 
-/* Sines and triangles of 8 to 100 samples a period are what they are, and none of them is measured: a triangle's corner
- * has the ratio of differences that noise has. */
+static void expect_wave(size_t samples, bool triangle, double shift) {
+    char text[100];
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double part = fmod(((double)k + shift) / (double)samples, 1.0);
+        drive()[k] = 50.0 + 50.0 * (triangle ? 4.0 * fabs(part - 0.5) - 1.0 : sin(2.0 * M_PI * part));
+        drive()[k] = 1e-5 * round(1e5 * drive()[k]); /* as a file has it */
+    }
+    TEST_ASSERT_TRUE(drive_look(&recording, &driven, &failure));
+    snprintf(text, sizeof text, "%zu samples a period, shifted by %g: %s, noise %g V", samples, shift,
+             drive_kind_text(driven.kind), driven.noise_v);
+    TEST_ASSERT_EQUAL_MESSAGE(triangle ? DRIVE_TRIANGLE : DRIVE_SINE, driven.kind, text);
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(0.0, driven.noise_v, text);
+    drive_look_free(&driven);
+}
+
+/* Sines and triangles of 8 to 100 samples a period are what they are, with extremes on samples or between them. None is
+ * measured: a triangle's corner has the ratio of differences that noise has. */
 static void test_waves_of_few_samples(void) {
     static const size_t samples[] = {8, 10, 12, 16, 20, 40, 100};
     for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
         for (size_t triangle = 0; triangle < 2; triangle++) {
-            const double shift = random_unit(&rng); /* where in the period it is sampled */
-            char text[100];
-            for (size_t k = 0; k < SAMPLES; k++) {
-                const double part = fmod(((double)k + shift) / (double)samples[i], 1.0);
-                drive()[k] = 50.0 + 50.0 * (triangle != 0 ? 4.0 * fabs(part - 0.5) - 1.0 : sin(2.0 * M_PI * part));
-                drive()[k] = 1e-5 * round(1e5 * drive()[k]); /* as a file has it */
-            }
-            TEST_ASSERT_TRUE(drive_look(&recording, &driven, &failure));
-            snprintf(text, sizeof text, "%zu samples a period, shifted by %g: %s, noise %g V", samples[i], shift,
-                     drive_kind_text(driven.kind), driven.noise_v);
-            TEST_ASSERT_EQUAL_MESSAGE(triangle != 0 ? DRIVE_TRIANGLE : DRIVE_SINE, driven.kind, text);
-            TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(0.0, driven.noise_v, text);
-            drive_look_free(&driven);
+            expect_wave(samples[i], triangle != 0, 0.0);
+            expect_wave(samples[i], triangle != 0, random_unit(&rng));
         }
     }
 }
