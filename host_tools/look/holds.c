@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/holds.h"
+#include "look/signal/settling.h"
 #include "numerics/autocorrelation.h"
+#include "numerics/column_factor.h"
 #include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_SAMPLES = 32 };
+/* FIRST_SAMPLES: of a hold, in which the step itself may be. MOST_DEAD: samples of a dead time that are waited for. */
+enum { LEAST_SAMPLES = 32, FIRST_SAMPLES = 2, MOST_DEAD = 32 };
 
 /* The position when the drive last turned round or stopped before the hold: a few readings around it. */
 static double before_the_way(const recording_t *recording, const drive_look_t *drive, const reversals_t *turns,
@@ -22,44 +25,194 @@ static double before_the_way(const recording_t *recording, const drive_look_t *d
     return look_quantile(y + from, at - from + 1, 0.5);
 }
 
-/* Fits one hold. false: too short. */
-static bool look_at_hold(const recording_t *recording, look_span_t rest, hold_t *hold) {
+/* How all holds are looked at: what rings, what settles, and how many samples are left out for what settles. */
+typedef struct {
+    settling_t settling;
+    size_t settled;
+} manner_t;
+
+static size_t skipped_of(const recording_t *recording, look_span_t rest, const manner_t *manner) {
     const double rate_hz = recording->sample_rate_hz, all_s = (double)span_length(rest) / rate_hz;
     const double skipped_s = fmin(threshold.settling_s, threshold.settling_part_of_hold * all_s);
-    const size_t skipped = (size_t)fmax(2.0, ceil(skipped_s * rate_hz)), count = span_length(rest) - skipped;
-    const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped;
-    if (span_length(rest) < skipped + LEAST_SAMPLES) {
-        return false;
+    const size_t skipped = (size_t)fmax(2.0, ceil(skipped_s * rate_hz));
+    return skipped > manner->settled ? skipped : manner->settled;
+}
+
+static bool long_enough(look_span_t rest, size_t skipped) {
+    return span_length(rest) >= skipped + LEAST_SAMPLES &&
+           log10((double)span_length(rest) / (double)skipped) >= threshold.least_decades;
+}
+
+static bool hold_counts(const recording_t *recording, const drive_look_t *drive, size_t which, const manner_t *manner) {
+    return drive->rest[which].from > 0 &&
+           long_enough(drive->rest[which], skipped_of(recording, drive->rest[which], manner));
+}
+
+enum { COLUMN_ONE, COLUMN_LOG, LINE_COLUMNS, MOST_COLUMNS = LINE_COLUMNS + 1 + SETTLING_COLUMNS };
+
+/* Columns over logarithmic time, and of what rings or settles; behind the first `before` of them others have room. */
+static size_t fill_columns(const recording_t *recording, look_span_t rest, const manner_t *manner, settling_pick_t pick,
+                           size_t before, double *columns) {
+    const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
+    for (size_t k = 0; k < count; k++) {
+        columns[COLUMN_ONE * count + k] = 1.0;
+        columns[COLUMN_LOG * count + k] = log10((double)(k + skipped) / recording->sample_rate_hz);
     }
-    double *columns = allocate(3 * count, sizeof *columns), *left = allocate(count, sizeof *left);
-    double *weight = allocate(count, sizeof *weight);
-    const double *const column[] = {columns, columns + count, columns + 2 * count};
+    return before + settling_columns(&manner->settling, pick, count, columns + before * count);
+}
+
+static void point_at(const double *columns, size_t count, const double *column[MOST_COLUMNS]) {
+    for (size_t i = 0; i < MOST_COLUMNS; i++) {
+        column[i] = columns + i * count;
+    }
+}
+
+/* Fits one hold. */
+static bool look_at_hold(const recording_t *recording, look_span_t rest, const manner_t *manner, hold_t *hold) {
+    const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
+    const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
+    double *columns = allocate(MOST_COLUMNS * count, sizeof *columns), *left = allocate(count, sizeof *left);
     look_regression_t fit = {0}, bent = {0};
+    point_at(columns, count, column);
+    const size_t all = fill_columns(recording, rest, manner, SETTLING_RINGS, LINE_COLUMNS, columns);
+    const bool good = look_regress(column, all, y, NULL, count, &fit);
+    memcpy(left, y, count * sizeof *left);
+    columns_add(column, all, fit.coefficient, -1.0, count, left);
+    const size_t more = fill_columns(recording, rest, manner, SETTLING_RINGS, LINE_COLUMNS + 1, columns);
+    const double middle = look_mean(columns + COLUMN_LOG * count, count);
     for (size_t k = 0; k < count; k++) {
-        columns[k] = 1.0;
-        columns[count + k] = log10((double)(k + skipped) / rate_hz);
+        columns[LINE_COLUMNS * count + k] = pow(columns[COLUMN_LOG * count + k] - middle, 2.0);
     }
-    const double middle = look_mean(columns + count, count);
-    for (size_t k = 0; k < count; k++) {
-        columns[2 * count + k] = pow(columns[count + k] - middle, 2.0);
-        weight[k] = 1.0;
-    }
-    bool good = look_regress(column, 3, y, NULL, count, &bent) && look_regress(column, 2, y, weight, count, &fit);
-    for (size_t k = 0; good && k < count; k++) {
-        left[k] = y[k] - fit.coefficient[0] - fit.coefficient[1] * columns[count + k];
-    }
+    const bool bends = look_regress(column, more, y, NULL, count, &bent);
     const residual_run_t run = {left, count};
     const double widen = good ? sqrt(autocorrelation_time(&run, 1)) : 1.0;
     hold->span = rest;
     hold->decades = log10((double)span_length(rest) / (double)skipped);
-    hold->slope_um = fit.coefficient[1];
-    hold->slope_sigma_um = fit.sigma[1] * widen;
-    hold->bend_um = bent.coefficient[2];
-    hold->bend_sigma_um = bent.sigma[2] * widen;
+    hold->slope_um = fit.coefficient[COLUMN_LOG];
+    hold->slope_sigma_um = fit.sigma[COLUMN_LOG] * widen;
+    hold->begins_um = fit.coefficient[COLUMN_ONE] - hold->slope_um * log10(recording->sample_rate_hz);
+    hold->bend_um = bent.coefficient[LINE_COLUMNS];
+    hold->bend_sigma_um = bent.sigma[LINE_COLUMNS] * widen;
     free(columns);
     free(left);
-    free(weight);
-    return good && hold->decades >= threshold.least_decades;
+    return good && bends;
+}
+
+/* Sum of squares that a straight line and what rings (or also what settles) leave of all holds; degrees of freedom. */
+static double squares_left(const recording_t *recording, const drive_look_t *drive, const manner_t *manner,
+                           settling_pick_t pick, double *freedom) {
+    double sum = 0.0;
+    *freedom = 0.0;
+    for (size_t i = 0; i < drive->rests; i++) {
+        if (hold_counts(recording, drive, i, manner)) {
+            const look_span_t rest = drive->rest[i];
+            const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
+            const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
+            double *columns = allocate(MOST_COLUMNS * count, sizeof *columns);
+            look_regression_t fit = {0};
+            point_at(columns, count, column);
+            const size_t all = fill_columns(recording, rest, manner, pick, LINE_COLUMNS, columns);
+            if (look_regress(column, all, y, NULL, count, &fit)) {
+                sum += pow(fit.rms, 2.0) * (double)(count - all);
+                *freedom += (double)(count - all);
+            }
+            free(columns);
+        }
+    }
+    return sum;
+}
+
+/* Whether the holds are straight lines over logarithmic time: exponentials beside explain less than most of what is
+ * left. */
+static bool are_straight(const recording_t *recording, const drive_look_t *drive, const manner_t *manner) {
+    double of_lines, of_all;
+    const double lines = squares_left(recording, drive, manner, SETTLING_RINGS, &of_lines);
+    const double all = squares_left(recording, drive, manner, SETTLING_ALL, &of_all);
+    return !(of_lines > of_all && of_all > 0.0) || all * of_lines > threshold.lag_leaves * lines * of_all;
+}
+
+/* Whether the first samples that are looked at are as near to their lines as the others: behind a dead time they are
+ * not. */
+static bool begin_straight(const recording_t *recording, const drive_look_t *drive, const manner_t *manner) {
+    double first = 0.0, others = 0.0;
+    size_t holds = 0, samples = 0;
+    for (size_t i = 0; i < drive->rests; i++) {
+        if (hold_counts(recording, drive, i, manner)) {
+            const look_span_t rest = drive->rest[i];
+            const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
+            const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
+            double *columns = allocate(MOST_COLUMNS * count, sizeof *columns), *left = allocate(count, sizeof *left);
+            double *later = allocate(count, sizeof *later);
+            look_regression_t fit = {0};
+            point_at(columns, count, column);
+            const size_t all = fill_columns(recording, rest, manner, SETTLING_RINGS, LINE_COLUMNS, columns);
+            for (size_t k = 1; k < count; k++) { /* the first one is to be said by the others */
+                later[k] = 1.0;
+            }
+            if (look_regress(column, all, y, later, count, &fit)) {
+                memcpy(left, y, count * sizeof *left);
+                columns_add(column, all, fit.coefficient, -1.0, count, left);
+                first += left[0] * left[0];
+                others += pow(fit.rms, 2.0) * (double)count;
+                holds++;
+                samples += count;
+            }
+            free(columns);
+            free(left);
+            free(later);
+        }
+    }
+    return holds == 0 || first * (double)samples <= pow(threshold.edge_of_noise, 2.0) * others * (double)holds;
+}
+
+static size_t samples_until_settled(const settling_term_t *term) {
+    return FIRST_SAMPLES + (size_t)ceil(threshold.settled_after / term->decay);
+}
+
+/* Leaves out exponentials that go on for most of a hold over logarithmic time: they are how it creeps, or not. */
+static void keep_lags(size_t typical, settling_t *settling) {
+    size_t kept = 0;
+    for (size_t i = 0; i < settling->count; i++) {
+        const settling_term_t *t = &settling->term[i];
+        if (t->turn > 0.0 || t->decay * (double)typical > threshold.lags_in_hold) {
+            settling->term[kept++] = *t;
+        }
+    }
+    settling->count = kept;
+}
+
+/* What rings is fitted with each hold. A dead time, and what settles, is waited for, the fastest first, until the rest
+ * is straight; what does not leave enough of a hold then says nothing of creep. */
+static void find_manner(const recording_t *recording, const drive_look_t *drive, manner_t *manner) {
+    look_span_t *spans = allocate(drive->rests + 1, sizeof *spans);
+    double *lengths = allocate(drive->rests + 1, sizeof *lengths);
+    size_t count = 0;
+    memset(manner, 0, sizeof *manner);
+    for (size_t i = 0; i < drive->rests; i++) {
+        if (hold_counts(recording, drive, i, manner)) {
+            spans[count] = drive->rest[i];
+            lengths[count] = (double)span_length(drive->rest[i]);
+            spans[count++].from += FIRST_SAMPLES;
+        }
+    }
+    settling_find(recording->column[COLUMN_DISPLACEMENT], spans, count, &manner->settling);
+    if (count > 0) {
+        keep_lags((size_t)look_quantile(lengths, count, 0.5), &manner->settling);
+    }
+    free(spans);
+    free(lengths);
+    for (size_t i = 0; i < manner->settling.count && !are_straight(recording, drive, manner); i++) {
+        size_t next = 0;
+        for (size_t l = 0; l < manner->settling.count; l++) {
+            const size_t until = samples_until_settled(&manner->settling.term[l]);
+            const bool later = !(manner->settling.term[l].turn > 0.0) && until > manner->settled;
+            next = later && (next == 0 || until < next) ? until : next;
+        }
+        manner->settled = next > 0 ? next : recording->samples;
+    }
+    for (size_t i = 0; i < MOST_DEAD && !begin_straight(recording, drive, manner); i++) {
+        manner->settled = (manner->settled > FIRST_SAMPLES ? manner->settled : FIRST_SAMPLES) + 1;
+    }
 }
 
 void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t *holds) {
@@ -67,7 +220,9 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
     reversals_t turns;
     double stroke[2], weights = 0.0, sum = 0.0, scatter = 0.0;
     size_t used = 0;
+    manner_t manner;
     memset(holds, 0, sizeof *holds);
+    find_manner(recording, drive, &manner);
     values_range(y, recording->samples, stroke);
     reversals_find(u, recording->samples,
                    threshold.reversal * (drive->range_v[1] - drive->range_v[0]) +
@@ -76,13 +231,11 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
     holds->hold = allocate(drive->rests, sizeof *holds->hold);
     for (size_t i = 0; i < drive->rests; i++) {
         hold_t *hold = &holds->hold[holds->count];
-        if (drive->rest[i].from == 0 || !look_at_hold(recording, drive->rest[i], hold)) {
-            continue;
+        if (hold_counts(recording, drive, i, &manner) && look_at_hold(recording, drive->rest[i], &manner, hold)) {
+            /* Where the line begins, and not the first reading: with a mode or a lag, that has hardly moved yet. */
+            hold->before_um = hold->begins_um - before_the_way(recording, drive, &turns, i);
+            holds->count++;
         }
-        const size_t start = drive->rest[i].from;
-        hold->before_um =
-            y[start + (start + 1 < drive->rest[i].to ? 1 : 0)] - before_the_way(recording, drive, &turns, i);
-        holds->count++;
     }
     for (size_t i = 0; i < holds->count; i++) {
         const hold_t *hold = &holds->hold[i];

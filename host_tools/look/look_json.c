@@ -8,9 +8,10 @@ static json_t *share_to_json(const noise_share_t *share) {
     if (share->samples == 0) {
         return json_null();
     }
-    return json_pack("{s:I, s:f, s:f, s:f, s:f, s:f, s:I}", "samples", (json_int_t)share->samples, "rms_um",
-                     share->rms_um, "white_um", share->white_um, "slow_um", share->slow_um, "lowest_hz",
-                     share->lowest_hz, "kurtosis", share->kurtosis, "outliers", (json_int_t)share->outliers);
+    return json_pack("{s:I, s:f, s:f, s:f, s:f, s:f, s:f, s:I}", "samples", (json_int_t)share->samples, "rms_um",
+                     share->rms_um, "white_um", share->white_um, "slow_um", share->slow_um, "other_um", share->other_um,
+                     "lowest_hz", share->lowest_hz, "kurtosis", share->kurtosis, "outliers",
+                     (json_int_t)share->outliers);
 }
 
 static json_t *drive_to_json(const look_t *look) {
@@ -82,7 +83,9 @@ static json_t *response_to_json(const response_t *response) {
                                                 "phase_sigma", json_number_or_null(p->phase_sigma), "coherence",
                                                 p->coherence, "lag_s", p->lag_s));
     }
-    return json_pack("{s:s, s:o}", "method", response->periodic ? "periodic" : "local polynomial", "points", points);
+    return json_pack("{s:s, s:o, s:o}", "method", response->periodic ? "periodic" : "local polynomial", "points",
+                     points, "goes_on_to_hz",
+                     response->goes_on_to_hz > 0.0 ? json_real(response->goes_on_to_hz) : json_null());
 }
 
 static json_t *ring_to_json(const look_t *look) {

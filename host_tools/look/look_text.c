@@ -98,8 +98,11 @@ static void print_share(FILE *file, const char *where, const noise_share_t *shar
     }
     fprintf(file, "%s %.2g um (%.2g %% of the stroke; white %.2g, 1/f %.2g from %.2g Hz on", where, share->rms_um,
             100.0 * share->rms_um / stroke_um, share->white_um, share->slow_um, share->lowest_hz);
+    if (share->other_um > threshold.other_of_noise * hypot(share->white_um, share->slow_um)) {
+        fprintf(file, "; beside them %.2g of hum, rings or what is slower", share->other_um);
+    }
     if (share->outliers > 0) {
-        fprintf(file, "; %zu single reading%s far outside", share->outliers, share->outliers == 1 ? "" : "s");
+        fprintf(file, "; %zu reading%s far outside", share->outliers, share->outliers == 1 ? "" : "s");
     }
     fprintf(file, ")");
 }
@@ -113,8 +116,9 @@ static void print_noise(FILE *file, const look_t *look) {
     print_share(file, "between passes", &noise->repeat, stroke_um);
     if (noise->rest.samples == 0 && noise->repeat.samples == 0) {
         if (look->prediction.noise_um > noise->step_um / sqrt(12.0)) { /* the steps' own error */
-            fprintf(file, "no rest and no repetition; from neighbouring readings %.2g um if white",
-                    look->prediction.noise_um);
+            fprintf(file, "no rest and no repetition; from neighbouring readings %.2g um if white%s",
+                    look->prediction.noise_um,
+                    look->prediction.fed_back ? " (the drive answers the readings: a closed loop)" : "");
         } else {
             fprintf(file, "no rest and no repetition; less than the steps between neighbouring readings");
         }
@@ -143,13 +147,20 @@ static void print_response(FILE *file, const look_t *look) {
     for (size_t i = 0; i < response->count; i++) {
         last = response->point[i].coherence >= threshold.coherent_enough ? &response->point[i] : last;
     }
-    if (peak != NULL) {
+    if (peak != NULL && !(peak == last && response->goes_on_to_hz > 0.0)) {
         fprintf(file, "; most, %.3g um/V, at %.4g Hz", peak->gain_um_per_v, peak->frequency_hz);
     }
     if (last != NULL && last != lowest) {
         fprintf(file, ";\n             %.3g um/V at %.3g Hz, lag ", last->gain_um_per_v, last->frequency_hz);
         print_rounded(file, "s", last->lag_s, 2);
         fprintf(file, " (coherence %.2f)", last->coherence);
+    }
+    if (response->goes_on_to_hz > 0.0) {
+        fprintf(
+            file,
+            ";\n             it ends there%s: the drive sweeps on to about %.2g Hz within %.2g s, too fast to tell a "
+            "response from how the recording ends",
+            peak == last && peak != NULL ? ", and still rises" : "", response->goes_on_to_hz, response->goes_on_s);
     }
     fprintf(file, "\n");
 }
@@ -171,7 +182,8 @@ static void print_ring(FILE *file, const look_t *look) {
 static void print_holds(FILE *file, const look_t *look) {
     const holds_t *holds = &look->holds;
     if (holds->creep_sigma > 0.0) {
-        fprintf(file, "  holds      %zu; the position goes on by ", holds->count);
+        const bool creeps = fabs(holds->creep) > threshold.edge_of_noise * holds->creep_sigma;
+        fprintf(file, "  holds      %zu; %s", holds->count, creeps ? "the position goes on by " : "no creep is seen: ");
         print_value(file, "", "%", 100.0 * holds->creep, 100.0 * holds->creep_sigma);
         fprintf(file, " of the way before, per decade of time\n");
     }

@@ -148,13 +148,22 @@ static bool find_rail(const recording_t *recording, const double range_v[2], dou
     return found;
 }
 
+/* The gain of a straight line through all of it, if that is below the given one of the ranges. Where a mode swings, the
+ * stroke is many times what the drive moves elsewhere. Beside that any motion is a stop. */
+static double gain_of_line(const recording_t *recording, double gain_of_ranges) {
+    double offset, slope, ignored;
+    gsl_fit_linear(recording->column[COLUMN_DRIVE], 1, recording->column[COLUMN_DISPLACEMENT], 1, recording->samples,
+                   &offset, &slope, &ignored, &ignored, &ignored, &ignored);
+    return fmin(gain_of_ranges, fabs(slope));
+}
+
 void rails_look(const recording_t *recording, double noise_um, rails_t *rails) {
     double range_v[2], stroke_um[2];
     values_range(recording->column[COLUMN_DRIVE], recording->samples, range_v);
     values_range(recording->column[COLUMN_DISPLACEMENT], recording->samples, stroke_um);
-    const double gain_um_per_v = (stroke_um[1] - stroke_um[0]) / (range_v[1] - range_v[0]);
     *rails = (rails_t){0};
     if (range_v[1] > range_v[0]) {
+        const double gain_um_per_v = gain_of_line(recording, (stroke_um[1] - stroke_um[0]) / (range_v[1] - range_v[0]));
         rails->low = find_rail(recording, range_v, gain_um_per_v, noise_um, -1.0, &rails->low_v);
         rails->high = find_rail(recording, range_v, gain_um_per_v, noise_um, 1.0, &rails->high_v);
     }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/response.h"
+#include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <complex.h>
 #include <gsl/gsl_math.h>
@@ -7,7 +8,7 @@
 #include <string.h>
 
 enum { HALF_WIDTH = 8, ORDER = 3, UNKNOWNS = 2 * ORDER, LINES = 2 * HALF_WIDTH + 1, MIDDLE = HALF_WIDTH / 4 };
-enum { POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64, LEAST_TURNS = 3 };
+enum { POINTS = 48, MOST_LINES = 4096, LEAST_SAMPLES = 64, LEAST_TURNS = 3, FEW_WAYS = 8 };
 static const double highest_part_of_nyquist = 0.98;
 /* Of that power, what the middle quarter of a window has; an even spectrum has 0.29. Where all is at an edge, parabolas
  * guess what is in the middle. */
@@ -401,6 +402,28 @@ static void by_periods(const recording_t *recording, const drive_look_t *drive, 
     free(power);
 }
 
+/* How far beyond the last point a sweep goes, and for how long: by the ways between its turns. */
+static void see_end_of_sweep(const recording_t *recording, const drive_look_t *drive, response_t *response) {
+    const double range_v = drive->range_v[1] - drive->range_v[0];
+    const double last_hz = response->count > 0 ? response->point[response->count - 1].frequency_hz : 0.0;
+    double ways = 0.0, samples = 0.0, shortest = HUGE_VAL;
+    reversals_t turns;
+    reversals_find(recording->column[COLUMN_DRIVE], recording->samples, threshold.reversal * range_v, &turns);
+    for (size_t i = FEW_WAYS; i < turns.count; i++) { /* a few ways: one alone is whole samples */
+        const double way = (double)(turns.at[i] - turns.at[i - FEW_WAYS]) / FEW_WAYS;
+        shortest = fmin(shortest, way);
+        if (recording->sample_rate_hz > 2.0 * way * last_hz) {
+            samples += way;
+            ways += 1.0;
+        }
+    }
+    if (ways >= FEW_WAYS && recording->sample_rate_hz > 2.0 * shortest * last_hz * threshold.ends_below) {
+        response->goes_on_to_hz = recording->sample_rate_hz / (2.0 * shortest);
+        response->goes_on_s = samples / recording->sample_rate_hz;
+    }
+    reversals_free(&turns);
+}
+
 void response_look(const recording_t *recording, const drive_look_t *drive, response_t *response) {
     memset(response, 0, sizeof *response);
     if (recording->samples < LEAST_SAMPLES || drive->kind == DRIVE_RESTS) {
@@ -413,6 +436,9 @@ void response_look(const recording_t *recording, const drive_look_t *drive, resp
         by_periods(recording, drive, response);
     } else {
         by_local_polynomials(recording, drive, response);
+        if (drive->kind == DRIVE_SWEEP && response->count > 1) {
+            see_end_of_sweep(recording, drive, response);
+        }
     }
 }
 

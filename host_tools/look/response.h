@@ -27,6 +27,10 @@
  * beside a tone follow the loop's growth with its amplitude, and the tone its size: the error holds how far they
  * disagree.
  *
+ * A sweep passes its highest frequencies within less time than a window tells from an end of the recording: 17 lines
+ * are an eighth of the recording's length or so. Where the response ends below them, it is said up to where the drive
+ * goes.
+ *
  * Limits: distortion that falls on lines of the drive itself (harmonics of a triangle, of a multisine) is part of the
  * response. The skirts of shrinking rasters still have points that are off by more than their errors.
  */
@@ -47,6 +51,8 @@ typedef struct {
     bool periodic;           /**< method: whole periods; otherwise local polynomials */
     size_t count;            /**< 0: the drive moves too little, or too short */
     response_point_t *point; /**< with rising frequency */
+    double goes_on_to_hz;    /**< a sweep goes on to here beyond the last point; 0: no, or no sweep */
+    double goes_on_s;        /**< for so long, at an end of the recording */
 } response_t;
 
 void response_look(const recording_t *recording, const drive_look_t *drive, response_t *response);
@@ -54,7 +60,8 @@ void response_free(response_t *response);
 
 /** The point with the lowest frequency whose coherence is at least this; NULL without one. */
 const response_point_t *response_lowest(const response_t *response, double coherence);
-/** The highest maximum of the gain beyond the lowest point by 5 of its errors and a tenth: a mode. NULL without one. */
+/** The highest gain beyond that of the lowest point by 5 of its errors and a tenth: a mode, or on the way to one that
+ * is beyond the last point. NULL without one. */
 const response_point_t *response_peak(const response_t *response);
 
 #endif

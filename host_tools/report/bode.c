@@ -92,6 +92,13 @@ void bode_print(FILE *file, const bode_t *bode) {
         }
         fputc('\n', file);
     }
+    if (bode->measured.goes_on_to_hz > 0.0) {
+        fprintf(file,
+                "It ends there: the drive sweeps on to about %.2g Hz within %.2g s, too fast to tell a response from "
+                "how the "
+                "recording ends.\n",
+                bode->measured.goes_on_to_hz, bode->measured.goes_on_s);
+    }
 }
 
 static json_t *points_of(const response_t *response) {
@@ -206,6 +213,11 @@ bool bode_write_page(const bode_t *bode, bool small, const char *path, failure_t
             bode->measured.count == 1 ? "frequency" : "frequencies", small ? ", for small signals" : "");
     if (peak != NULL && bode->measured.count > 1) {
         fprintf(page.file, " The gain is largest at %.4g&nbsp;Hz.", peak->frequency_hz);
+    }
+    if (bode->measured.goes_on_to_hz > 0.0) {
+        fprintf(page.file,
+                " The response ends before the drive does, which sweeps on to about %.2g&nbsp;Hz within %.2g&nbsp;s.",
+                bode->measured.goes_on_to_hz, bode->measured.goes_on_s);
     }
     fprintf(page.file, "</p>\n");
     bode_write_figures(page.file, bode);

@@ -522,6 +522,210 @@ static void test_a_path_that_repeats_exactly_has_no_noise(void) {
     look_free(&look);
 }
 
+static void expect_wave(size_t samples, bool triangle, double shift) {
+    char text[100];
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double part = fmod(((double)k + shift) / (double)samples, 1.0);
+        drive()[k] = 50.0 + 50.0 * (triangle ? 4.0 * fabs(part - 0.5) - 1.0 : sin(2.0 * M_PI * part));
+        drive()[k] = 1e-5 * round(1e5 * drive()[k]); /* as a file has it */
+    }
+    TEST_ASSERT_TRUE(drive_look(&recording, &driven, &failure));
+    snprintf(text, sizeof text, "%zu samples a period, shifted by %g: %s, noise %g V", samples, shift,
+             drive_kind_text(driven.kind), driven.noise_v);
+    TEST_ASSERT_EQUAL_MESSAGE(triangle ? DRIVE_TRIANGLE : DRIVE_SINE, driven.kind, text);
+    TEST_ASSERT_EQUAL_DOUBLE_MESSAGE(0.0, driven.noise_v, text);
+    drive_look_free(&driven);
+}
+
+/* Sines and triangles of 8 to 100 samples a period are what they are, with extremes on samples or between them. None is
+ * measured: a triangle's corner has the ratio of differences that noise has. */
+static void test_waves_of_few_samples(void) {
+    static const size_t samples[] = {8, 10, 12, 16, 20, 40, 100};
+    for (size_t i = 0; i < sizeof samples / sizeof *samples; i++) {
+        for (size_t triangle = 0; triangle < 2; triangle++) {
+            expect_wave(samples[i], triangle != 0, 0.0);
+            expect_wave(samples[i], triangle != 0, random_unit(&rng));
+        }
+    }
+}
+
+/* A level at random every so many samples. */
+static void fill_levels(size_t hold) {
+    double level = 50.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        level = k % hold == 0 ? 10.0 + 80.0 * random_unit(&rng) : level;
+        drive()[k] = level;
+    }
+}
+
+/* The mode rings through all of each hold of 0.1 s. What is left is white: of 10000 samples their deviation is known to
+ * 0.7 %, and the fit of shares adds as much. It was 28000 times too small. */
+static void test_noise_beside_a_ring(void) {
+    fill_levels(200);
+    fill_filtered(0.005);
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.005, 0.005, look.noise.rest.white_um);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.005, 0.005, look.noise.rest.rms_um);
+    TEST_ASSERT_TRUE(look.noise.rest.slow_um < 0.002);
+    TEST_ASSERT_EQUAL(0, look.noise.rest.outliers);
+    /* Nor does it creep: of the way, 0.1 % would be 50 nm. */
+    TEST_ASSERT_TRUE(look.holds.count > 60);
+    TEST_ASSERT_DOUBLE_WITHIN(fmax(0.001, errors * look.holds.creep_sigma), 0.0, look.holds.creep);
+    TEST_ASSERT_TRUE(look.holds.creep_sigma < 0.001);
+    look_free(&look);
+}
+
+/* Hum is no ring of the steps: it stays, as neither share. Its square is 50 times that of the white noise. */
+static void test_hum_beside_noise(void) {
+    fill_levels(1000);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double hum = 0.05 * sin(2.0 * M_PI * 49.7 * (double)k / rate_hz);
+        position()[k] = 0.1 * drive()[k] + hum + 0.005 * random_normal(&rng);
+    }
+    see();
+    /* Its five lines count 8 times the noise each, 40 of 256: some of that is taken for 1/f, off the white. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.3 * 0.005, 0.005, look.noise.rest.white_um);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.035, 0.035, look.noise.rest.other_um); /* 0.05 / sqrt 2 */
+    look_free(&look);
+}
+
+/* Ten readings are 3 um off, in passes that agree to 5 nm: 20 of the differences. */
+static void test_a_burst_is_neither_share(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 50.0 - 50.0 * cos(2.0 * M_PI * (double)k / 1000.0);
+        position()[k] = 0.1 * drive()[k] + 0.005 * random_normal(&rng) + (k >= 5500 && k < 5510 ? 3.0 : 0.0);
+    }
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.005, 0.005, look.noise.repeat.white_um); /* of 14000 samples: 0.6 % */
+    TEST_ASSERT_UINT64_WITHIN(2, 20, look.noise.repeat.outliers);               /* those beside it may look single */
+    TEST_ASSERT_TRUE(look.noise.repeat.other_um < 0.005);
+    look_free(&look);
+}
+
+/* A controller without any delay but its sample knows the noise of each reading, and so does its drive. 0.005 um are
+ * known to 1 % or so; the neighbours' motion adds less than a tenth. It was 1/600 of that. */
+static void test_noise_in_a_closed_loop(void) {
+    double integral = 40.0, next = 40.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double wanted = 8.0 + 4.0 * sin(2.0 * M_PI * 1.5 * (double)k / rate_hz) * (1.0 - 3e-5 * (double)k);
+        drive()[k] = next;
+        position()[k] = 0.2 * drive()[k] + 0.005 * random_normal(&rng);
+        integral += 0.1 * (wanted - position()[k]);
+        next = integral + 0.3 * (wanted - position()[k]);
+    }
+    see();
+    TEST_ASSERT_TRUE(look.prediction.fed_back);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.005, 0.005, look.prediction.noise_um);
+    look_free(&look);
+}
+
+/* An open loop whose position is ahead of the drive by half a sample knows what is new in it, too, but goes along. */
+static void test_a_position_ahead_is_no_closed_loop(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 10.0 * random_normal(&rng);
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double ahead = k + 1 < SAMPLES ? 0.5 * (drive()[k] + drive()[k + 1]) : drive()[k];
+        position()[k] = 0.2 * ahead + 0.005 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_FALSE(look.prediction.fed_back);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.005, 0.005, look.prediction.noise_um);
+    look_free(&look);
+}
+
+/* Holds of 0.1 s behind a low pass of 60 Hz: no creep is in them. It was 115 % of the way per decade. */
+static void test_a_low_pass_is_no_creep(void) {
+    const double keep = exp(-2.0 * M_PI * 60.0 / rate_hz);
+    double y = 5.0;
+    fill_levels(200);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        position()[k] = y + 0.005 * random_normal(&rng);
+        y = keep * y + (1.0 - keep) * 0.1 * drive()[k];
+    }
+    see();
+    /* Nothing, or nothing but what the last of an exponential is behind 12 time constants: 0.02 %. */
+    TEST_ASSERT_TRUE(look.holds.creep_sigma <= 0.0 || fabs(look.holds.creep) < 2e-4 + errors * look.holds.creep_sigma);
+    look_free(&look);
+}
+
+/* A step of 180 Hz with damping 0.02, and a creep of 1.2 % a decade below it, in holds of 0.5 s. The line that is laid
+ * through it begins one sample after the step: 2.7 decades of creep are 3 % of the way. */
+static void test_creep_beside_a_ring(void) {
+    const double creep = 0.012, f = 180.0, alpha = 0.02 * 2.0 * M_PI * f;
+    double level = 10.0, offset = 1.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const size_t since = k % 1000;
+        if (since == 0 && k > 0) {
+            const double next = 10.0 + 80.0 * random_unit(&rng);
+            offset += 0.1 * (next - level) * (1.0 + creep * log10(1000.0));
+            level = next;
+        }
+        drive()[k] = level;
+        position()[k] = offset + 0.003 * random_normal(&rng);
+        if (k >= 1000) {
+            const double t = (double)since / rate_hz, way = 0.1 * (level - drive()[k - since - 1]);
+            position()[k] +=
+                way * (creep * log10(((double)since + 0.01) / 1000.0) - exp(-alpha * t) * cos(2.0 * M_PI * f * t));
+        }
+    }
+    see();
+    TEST_ASSERT_TRUE(look.holds.creep_sigma > 0.0 && look.holds.creep_sigma < 0.1 * creep);
+    TEST_ASSERT_DOUBLE_WITHIN(errors * look.holds.creep_sigma + 0.05 * creep, creep, look.holds.creep);
+    look_free(&look);
+}
+
+/* One reading is 1 um off, or 40 deviations, where the position moves by 0.06 um a sample. The error of the prediction
+ * is the noise, and a little of the neighbours'. It was 0.3 um too small, or not seen. */
+static void test_size_of_a_wrong_reading_in_motion(void) {
+    static const double size_um[] = {1.0, 0.2};
+    for (size_t i = 0; i < 2; i++) {
+        for (size_t k = 0; k < SAMPLES; k++) {
+            drive()[k] = 50.0 - 50.0 * cos(2.0 * M_PI * (double)k / 500.0);
+            position()[k] = 0.1 * drive()[k] + 0.005 * random_normal(&rng);
+        }
+        position()[2222] += size_um[i];
+        see();
+        TEST_ASSERT_EQUAL_UINT64(1, look.wrong.count);
+        TEST_ASSERT_EQUAL_UINT64(2222, look.wrong.at[0]);
+        TEST_ASSERT_DOUBLE_WITHIN(6.0 * 0.005, size_um[i], look.wrong.largest_um);
+        look_free(&look);
+    }
+}
+
+/* From 1 to 300 Hz through a mode at 240 Hz: what the response does not cover, it says. */
+static void test_response_to_a_sweep_that_ends_fast(void) {
+    char text[4000] = "";
+    const fault_list_t no_faults = {0};
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double ratio = log(300.0), part = (double)k / SAMPLES, duration = SAMPLES / rate_hz;
+        drive()[k] = 50.0 - 20.0 * cos(2.0 * M_PI * duration / ratio * (exp(ratio * part) - 1.0));
+    }
+    const double decay = exp(-0.015 * 2.0 * M_PI * 240.0 / rate_hz), turn = 2.0 * M_PI * 240.0 / rate_hz;
+    double y1 = 6.0, y2 = 6.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double a = 2.0 * decay * cos(turn), b = -decay * decay;
+        const double y = a * y1 + b * y2 + 0.2 * (1.0 - a - b) * drive()[k];
+        position()[k] = y + 0.005 * random_normal(&rng);
+        y2 = y1;
+        y1 = y;
+    }
+    see();
+    TEST_ASSERT_EQUAL(DRIVE_SWEEP, look.drive.kind);
+    TEST_ASSERT_FALSE(look.rails.low || look.rails.high); /* there are none, however much the mode swings */
+    if (look.response.point[look.response.count - 1].frequency_hz < 250.0) {
+        TEST_ASSERT_DOUBLE_WITHIN(15.0, 300.0, look.response.goes_on_to_hz); /* a way is 3.3 samples, of eight */
+        FILE *file = tmpfile();
+        looks_print(file, &look, 1, &no_faults);
+        rewind(file);
+        TEST_ASSERT_TRUE(fread(text, 1, sizeof text - 1, file) > 0);
+        fclose(file);
+        TEST_ASSERT_NOT_NULL_MESSAGE(strstr(text, "it ends there"), text);
+        TEST_ASSERT_NULL_MESSAGE(strstr(text, "rail "), text);
+    }
+    look_free(&look);
+}
+
 static void test_too_short(void) {
     recording.samples = 63;
     TEST_ASSERT_FALSE(look_at(&recording, &look, &failure));
@@ -567,6 +771,16 @@ int main(void) {
     RUN_TEST(test_white_noise_has_no_slow_share);
     RUN_TEST(test_a_path_that_repeats_exactly_has_no_noise);
     RUN_TEST(test_another_speed_is_no_switch);
+    RUN_TEST(test_waves_of_few_samples);
+    RUN_TEST(test_noise_beside_a_ring);
+    RUN_TEST(test_hum_beside_noise);
+    RUN_TEST(test_a_burst_is_neither_share);
+    RUN_TEST(test_noise_in_a_closed_loop);
+    RUN_TEST(test_a_position_ahead_is_no_closed_loop);
+    RUN_TEST(test_a_low_pass_is_no_creep);
+    RUN_TEST(test_creep_beside_a_ring);
+    RUN_TEST(test_size_of_a_wrong_reading_in_motion);
+    RUN_TEST(test_response_to_a_sweep_that_ends_fast);
     RUN_TEST(test_too_short);
     return UNITY_END();
 }

@@ -57,7 +57,7 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
 const fault_kind_t fault_outliers = {
     .name = "outliers",
     .order = 60,
-    .text = "Single readings are far from their neighbours, though the drive did nothing there.",
+    .text = "Single readings are far from their neighbours, and not by a motion of the drive.",
     .statistic = "largest error of the prediction from neighbours, in scales of its exponential tail",
     .change = "Look at the sensor's cable, its bus and its error flags; a driver that returns 0 after a failed read "
               "shows as equal readings. Leave these samples out.",

@@ -12,7 +12,8 @@ enum {
     NEIGHBOURS = 2 * REACH,
     DRIVES = 2 * REACH + 1,
     COLUMNS = 1 + NEIGHBOURS + DRIVES,
-    PASSES = 3
+    PASSES = 3,
+    MOST_ANSWER = 2
 };
 static const double rounding = 0.29; /* deviation of rounding to a step, 1 / sqrt(12) */
 
@@ -26,6 +27,73 @@ static double entry(const double *u, const double *y, size_t c, size_t k) {
         return (c - 1) % 2 == 0 ? y[k - j] : y[k + j];
     }
     return u[k + (c - 1 - NEIGHBOURS) - REACH];
+}
+
+/* What past values and some of the other column leave of a column. at: of it; own and other: how many values of it and
+ * of the other column before `at` count, the latter from sample other_at on backwards. */
+typedef struct {
+    const double *value, *other;
+    size_t at, own, other_at;
+} novelty_t;
+
+static double *new_in(const novelty_t *n, size_t samples, const unsigned char *quiet) {
+    enum { MOST = 1 + REACH + MOST_ANSWER + REACH };
+    const size_t rows = samples - 2 * REACH, columns = 1 + n->own + REACH;
+    const double *column[MOST];
+    double *all = allocate(columns * rows, sizeof *all), *weight = allocate(rows, sizeof *weight);
+    double *left = allocate(rows, sizeof *left);
+    look_regression_t fit = {0};
+    for (size_t c = 0; c < columns; c++) {
+        column[c] = all + c * rows;
+        for (size_t k = 0; k < rows; k++) {
+            all[c * rows + k] = c == 0        ? 1.0
+                                : c <= n->own ? n->value[k + n->at - c]
+                                              : n->other[k + n->other_at - (c - 1 - n->own)];
+        }
+    }
+    for (size_t k = 0; k < rows; k++) {
+        weight[k] = quiet[k + REACH];
+        left[k] = n->value[k + n->at];
+    }
+    look_regress(column, columns, n->value + n->at, weight, rows, &fit);
+    columns_add(column, columns, fit.coefficient, -1.0, rows, left);
+    free(all);
+    free(weight);
+    return left;
+}
+
+/* Correlation where both are quiet. */
+static double correlation_of(const double *a, const double *b, const unsigned char *quiet, size_t count) {
+    double ab = 0.0, aa = 0.0, bb = 0.0;
+    for (size_t k = 0; k < count; k++) {
+        if (quiet[k] != 0) {
+            ab += a[k] * b[k];
+            aa += a[k] * a[k];
+            bb += b[k] * b[k];
+        }
+    }
+    return aa > 0.0 && bb > 0.0 ? ab / sqrt(aa * bb) : 0.0;
+}
+
+/* Whether the drive answers the readings, against their motion, at once or up to MOST_ANSWER samples later. Then it
+ * knows their noise, and a reading that is predicted from the drive behind it seems to have none. */
+static bool is_fed_back(const double *u, const double *y, const prediction_t *p) {
+    const size_t rows = p->samples - 2 * REACH;
+    const double mean_u = look_mean(u, p->samples), mean_y = look_mean(y, p->samples);
+    double along = 0.0, most = 0.0;
+    for (size_t k = 0; k < p->samples; k++) {
+        along += (u[k] - mean_u) * (y[k] - mean_y);
+    }
+    for (size_t later = 0; later <= MOST_ANSWER; later++) {
+        const novelty_t reading = {y, u, REACH, REACH, later > 0 ? REACH : REACH - 1};
+        const novelty_t answer = {u, y, REACH + later, REACH + later, REACH - 1};
+        double *in_reading = new_in(&reading, p->samples, p->quiet), *in_drive = new_in(&answer, p->samples, p->quiet);
+        const double here = correlation_of(in_reading, in_drive, p->quiet + REACH, rows);
+        most = fmax(most, along > 0.0 ? -here : here);
+        free(in_reading);
+        free(in_drive);
+    }
+    return most > threshold.feedback;
 }
 
 static void mark_quiet(const recording_t *recording, const drive_look_t *drive, prediction_t *p) {
@@ -84,10 +152,12 @@ void prediction_make(const recording_t *recording, const drive_look_t *drive, pr
     for (size_t k = 0; k < inner; k++) {
         weight[k] = p->quiet[k + REACH];
     }
+    p->fed_back = is_fed_back(u, centred, p);
+    const size_t columns_used = p->fed_back ? 1 + NEIGHBOURS : COLUMNS;
     for (size_t pass = 0; pass < PASSES; pass++) {
-        look_regress(column, COLUMNS, centred + REACH, weight, inner, &fit);
+        look_regress(column, columns_used, centred + REACH, weight, inner, &fit);
         memcpy(p->error + REACH, centred + REACH, inner * sizeof *p->error);
-        columns_add(column, COLUMNS, fit.coefficient, -1.0, inner, p->error + REACH);
+        columns_add(column, columns_used, fit.coefficient, -1.0, inner, p->error + REACH);
         p->sigma_um = fmax(scale_of(p), rounding * digit);
         for (size_t k = 0; k < inner; k++) {
             /* A bad reading spoils the rows that lean on it, too: they are as far out, or next to one that is. */

@@ -7,7 +7,7 @@
  * Least squares over the recording, a second time without the worst residuals. It is no model of the actuator: whatever
  * moves smoothly between samples, rings or follows the drive at once is predicted, and what is left is noise and what
  * happened to single readings. Around steps of the drive, and where it is not sampled finely enough, it predicts badly;
- * `quiet` leaves such places out.
+ * `quiet` leaves such places out. In a closed loop the drive knows the readings' noise, and is left out.
  */
 #ifndef LOOK_PREDICTION_H
 #define LOOK_PREDICTION_H
@@ -24,6 +24,7 @@ typedef struct {
     /** What e shows of a single wrong reading is 1 of it there, and -echo[j] of it j + 1 samples to either side (mean
      * of both). */
     double echo[PREDICTION_REACH];
+    bool fed_back;   /**< the drive answers the readings: it is left out of their prediction */
     double noise_um; /**< of the readings, if it is white: sigma_um less what the neighbours' noise adds */
 } prediction_t;
 

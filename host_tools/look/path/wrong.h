@@ -2,9 +2,9 @@
 /**
  * Single readings that are wrong by themselves. Two things have to hold. The prediction from the neighbours misses by
  * more than an exponential tail through the 90 and 98 % quantiles of its errors explains (for normal noise in 10^5
- * samples 9.4 deviations: an exponential tail is heavier). And the reading leaves the median of seven by four times
- * what the position moves per sample around it, and by twice what the drive does so: a corner of the drive leaves it by
- * two.
+ * samples 9.4 deviations: an exponential tail is heavier). And, beside a straight line through seven, the reading
+ * leaves their median by four times what the position moves per sample there, and by twice what the drive does so: a
+ * corner of the drive leaves it by two.
  */
 #ifndef LOOK_WRONG_H
 #define LOOK_WRONG_H
@@ -16,8 +16,8 @@
 typedef struct {
     size_t count;
     size_t *at;        /**< samples, in order */
-    double largest_um; /**< distance from the neighbours */
-    double scales;     /**< that in scales of the tail */
+    double largest_um; /**< error of the prediction; beside others, no more than the distance from the neighbours */
+    double scales;     /**< the smaller of both, in scales of the tail */
     double log_chance; /**< of the one with the least chance, all samples counted */
 } wrong_t;
 

@@ -8,9 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32 };
+/* LEAST_WAY: intervals of a way whose inside, without the first and the last one, tells a line from a sine. */
+enum { STEP_SURROUNDING = 4, NOISE_BLOCK = 32, LEAST_WAY = 4 };
 /* The median of chi square with some 9 independent squares is 7 % below its mean. */
 static const double median_of_block = 0.93;
+/* Median of the square of a normal number, of its mean. */
+static const double median_of_square = 0.455;
 
 const char *drive_kind_text(drive_kind_t kind) {
     static const char *const texts[] = {"never moves",
@@ -39,14 +42,18 @@ size_t drive_unsettled_passes(const drive_look_t *drive) {
     return drive_periods(drive) > 2 ? 1 : 0;
 }
 
-/* Variances of second and third differences in a block, as they would be of white noise. */
-static void block_variances(const double *u, size_t count, double *second, double *third) {
+/* Variances of second and third differences in a block, as they would be of white noise; usual: by the second ones'
+ * median. */
+static void block_variances(const double *u, double *second, double *third, double *usual) {
+    double square[NOISE_BLOCK - 3];
     *second = *third = 0.0;
-    for (size_t k = 0; k + 3 < count; k++) {
+    for (size_t k = 0; k + 3 < NOISE_BLOCK; k++) {
         const double a = u[k] - 2.0 * u[k + 1] + u[k + 2], b = u[k + 1] - 2.0 * u[k + 2] + u[k + 3];
-        *second += a * a / 6.0;
+        square[k] = a * a / 6.0;
+        *second += square[k];
         *third += (b - a) * (b - a) / 20.0;
     }
+    *usual = look_quantile(square, NOISE_BLOCK - 3, 0.5) * (NOISE_BLOCK - 3) / median_of_square;
 }
 
 /* Noise in the blocks in which the drive's differences are those of a white series, if enough of them are. */
@@ -55,9 +62,11 @@ static double noise_of_drive(const double *u, size_t samples, double range_v, do
     double *white = allocate(blocks + 1, sizeof *white), noise_v = 0.0;
     size_t used = 0;
     for (size_t b = 0; b < blocks; b++) {
-        double second, third;
-        block_variances(u + b * NOISE_BLOCK, NOISE_BLOCK, &second, &third);
-        if (third > threshold.white_ratio_low * second && third < threshold.white_ratio_high * second) {
+        double second, third, usual;
+        block_variances(u + b * NOISE_BLOCK, &second, &third, &usual);
+        /* A corner among straight lines has the ratio of noise, too, but noise is in all samples. */
+        if (third > threshold.white_ratio_low * second && third < threshold.white_ratio_high * second &&
+            usual > threshold.white_everywhere * second) {
             white[used++] = third;
         }
     }
@@ -190,26 +199,58 @@ static void find_frequencies(const double *u, size_t samples, double rate_hz, do
     free(spectrum);
 }
 
-static bool is_line(const double *u, size_t from, size_t to) {
-    const double height = u[to] - u[from];
+/* Largest distance from the chord. */
+static double bend_of(const double *u, size_t from, size_t to) {
     double worst = 0.0;
     for (size_t k = from; k < to; k++) {
-        const double chord = u[from] + height * (double)(k - from) / (double)(to - from);
+        const double chord = u[from] + (u[to] - u[from]) * (double)(k - from) / (double)(to - from);
         worst = fmax(worst, fabs(u[k] - chord));
     }
-    return worst <= fabs(height) * (threshold.bent_way + threshold.cut_corner / (double)(to - from));
+    return worst;
+}
+
+/* Corners between samples cut the ends of a way, by the more the fewer samples it has. So its inside has to be straight
+ * by itself: a sine of few samples is as near to its chord as a triangle. rounding_v: of each sample. */
+static bool is_line(const double *u, size_t from, size_t to, double rounding_v) {
+    const double height = fabs(u[to] - u[from]), sample = threshold.cut_corner * height / (double)(to - from);
+    if (to - from < LEAST_WAY) {
+        return bend_of(u, from, to) <= height * threshold.bent_way + sample;
+    }
+    return bend_of(u, from, to) <= height * threshold.bent_way + 2.0 * sample &&
+           bend_of(u, from + 1, to - 1) <= height * threshold.bent_way + rounding_v;
 }
 
 /* Whether the drive is a straight line between most of its turning points, or from end to end without any; rests and
  * steps are lines, too. */
-static bool goes_in_lines(const double *u, size_t samples, const reversals_t *turns) {
+static bool goes_in_lines(const double *u, size_t samples, const drive_look_t *drive, const reversals_t *turns) {
+    const double rounding_v = drive->step_v + 2.0 * threshold.edge_of_noise * drive->noise_v;
     size_t straight = 0, ways = 0;
     for (size_t i = 1; i < turns->count; i++) {
-        straight += is_line(u, turns->at[i - 1], turns->at[i]) ? 1 : 0;
+        straight += is_line(u, turns->at[i - 1], turns->at[i], rounding_v) ? 1 : 0;
         ways++;
     }
-    return turns->count == 0 ? is_line(u, 0, samples - 1)
+    return turns->count == 0 ? is_line(u, 0, samples - 1, rounding_v)
                              : ways >= 2 && (double)straight >= threshold.straight_ways * (double)ways;
+}
+
+/* Whether one sine of its period leaves nearly nothing of a drive that repeats itself. The line of a triangle has so
+ * much of its power that a count of lines does not tell. */
+static bool is_one_sine(const double *u, const drive_look_t *drive) {
+    const size_t all = span_length(drive->repeat), count = (size_t)fmin((double)all, ceil(2.0 * drive->period));
+    double *columns = allocate(3 * count, sizeof *columns);
+    const double *const column[] = {columns, columns + count, columns + 2 * count};
+    look_regression_t fit;
+    for (size_t k = 0; k < count; k++) {
+        const double phase = 2.0 * M_PI * (double)k / drive->period;
+        columns[k] = 1.0;
+        columns[count + k] = cos(phase);
+        columns[2 * count + k] = sin(phase);
+    }
+    const double allowed = threshold.sine_leaves * (drive->range_v[1] - drive->range_v[0]);
+    const bool one =
+        look_regress(column, 3, u + drive->repeat.from, NULL, count, &fit) && fit.rms < hypot(allowed, drive->noise_v);
+    free(columns);
+    return one;
 }
 
 /* Rank correlation of the ways' durations with time. */
@@ -231,7 +272,7 @@ static drive_kind_t kind_without_period(const double *u, const drive_look_t *dri
     if (drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples) {
         return DRIVE_STEPS;
     }
-    if (goes_in_lines(u, samples, turns)) {
+    if (goes_in_lines(u, samples, drive, turns)) {
         return DRIVE_LINES;
     }
     if ((double)ways >= threshold.fewest_ways) {
@@ -264,9 +305,10 @@ static drive_kind_t kind_of(const double *u, const drive_look_t *drive, size_t s
         reversals_t repeated;
         reversals_find(u + drive->repeat.from, span_length(drive->repeat), least_v, &repeated);
         kind = drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples ? DRIVE_STEPS
-               : goes_in_lines(u + drive->repeat.from, span_length(drive->repeat), &repeated) ? DRIVE_TRIANGLE
-               : drive->harmonics < threshold.one_line                                        ? DRIVE_SINE
-                                                                                              : DRIVE_PERIODIC;
+               : is_one_sine(u, drive)                                                                     ? DRIVE_SINE
+               : goes_in_lines(u + drive->repeat.from, span_length(drive->repeat), drive, &repeated) ? DRIVE_TRIANGLE
+               : drive->harmonics < threshold.one_line                                               ? DRIVE_SINE
+                                                                                                     : DRIVE_PERIODIC;
         reversals_free(&repeated);
     } else {
         kind = kind_without_period(u, drive, samples, rate_hz, &turns);

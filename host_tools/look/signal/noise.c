@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/signal/noise.h"
 #include "look/signal/resolution.h"
+#include "look/signal/settling.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
@@ -29,25 +30,6 @@ static void add_stretch(stretches_t *s, const double *value, size_t count) {
     s->begin[s->stretches] = s->count;
 }
 
-/* Takes a parabola out. */
-static void take_trend_out(double *value, size_t count) {
-    double *columns = allocate(TREND * count, sizeof *columns);
-    const double *const column[TREND] = {columns, columns + count, columns + 2 * count};
-    look_regression_t fit;
-    for (size_t k = 0; k < count; k++) {
-        const double x = 2.0 * (double)k / (double)count - 1.0;
-        columns[k] = 1.0;
-        columns[count + k] = x;
-        columns[2 * count + k] = x * x;
-    }
-    if (look_regress(column, TREND, value, NULL, count, &fit)) {
-        for (size_t k = 0; k < count; k++) {
-            value[k] -= fit.coefficient[0] + fit.coefficient[1] * column[1][k] + fit.coefficient[2] * column[2][k];
-        }
-    }
-    free(columns);
-}
-
 /* Averaged periodogram under Hann's window, half overlapping, one-sided density. Returns how many were averaged. */
 static size_t density_of(const stretches_t *s, size_t length, double rate_hz, double *density) {
     double *piece = allocate(length, sizeof *piece), *spectrum = allocate(length + 2, sizeof *spectrum);
@@ -74,7 +56,8 @@ static size_t density_of(const stretches_t *s, size_t length, double rate_hz, do
     return averaged;
 }
 
-/* w + a / f by Whittle's likelihood: least squares weighted with what was found before, neither below 0. */
+/* w + a / f by Whittle's likelihood: least squares weighted with what was found before, neither below 0. A line of hum
+ * or of a ring is neither share. It counts as the largest of noise, so that slow noise of few tones is noise still. */
 static void fit_shares(const double *density, size_t length, double rate_hz, double *w, double *a) {
     const double step_hz = rate_hz / (double)length;
     *w = look_quantile(density + LOWEST_LINES, length / 2 - LOWEST_LINES, 0.5) / 0.7;
@@ -84,11 +67,12 @@ static void fit_shares(const double *density, size_t length, double rate_hz, dou
         for (size_t h = LOWEST_LINES; h < length / 2; h++) {
             const double x = 1.0 / ((double)h * step_hz), model = *w + *a * x;
             const double weight = model > 0.0 ? 1.0 / (model * model) : 0.0;
+            const double here = fmin(density[h], threshold.most_of_line * model);
             s11 += weight;
             s12 += weight * x;
             s22 += weight * x * x;
-            b1 += weight * density[h];
-            b2 += weight * x * density[h];
+            b1 += weight * here;
+            b2 += weight * x * here;
         }
         if (s11 <= 0.0) {
             return; /* readings that repeat exactly have no density to weight with */
@@ -108,13 +92,47 @@ static void fit_shares(const double *density, size_t length, double rate_hz, dou
     }
 }
 
-static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share) {
-    size_t longest = 0, length = 16, inner = 0;
-    double squares = 0.0, fourth = 0.0;
-    memset(share, 0, sizeof *share);
-    if (s->count < LEAST_SAMPLES) {
-        return;
+/* Marks single samples far from their neighbours: one leaves half of itself with either, and so do those marked
+ * already. */
+static void mark_single(const stretches_t *s, unsigned char *far) {
+    double *apart = allocate(s->count, sizeof *apart);
+    size_t *at = allocate(s->count, sizeof *at), inner = 0;
+    for (size_t i = 0; i < s->stretches; i++) {
+        for (size_t k = s->begin[i] + 1; k + 1 < s->begin[i + 1]; k++) {
+            apart[inner] = s->value[k] - 0.5 * (s->value[k - 1] + s->value[k + 1]);
+            at[inner++] = k;
+        }
     }
+    const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
+    for (size_t k = 0; k < inner; k++) {
+        const size_t here = at[k];
+        if (far[here - 1] == 0 && far[here] == 0 && far[here + 1] == 0 && usual > 0.0 &&
+            fabs(apart[k]) > threshold.beyond_chance * usual && (k == 0 || fabs(apart[k]) >= fabs(apart[k - 1])) &&
+            (k + 1 == inner || fabs(apart[k]) > fabs(apart[k + 1]))) {
+            far[here] = 1;
+        }
+    }
+    free(apart);
+    free(at);
+}
+
+/* Marks samples far from all others, unless they are so many that the distribution is wide. */
+static void mark_far(const stretches_t *s, unsigned char *far) {
+    const double usual = look_robust_deviation(s->value, s->count);
+    size_t count = 0;
+    for (size_t k = 0; k < s->count; k++) {
+        count += fabs(s->value[k]) > threshold.beyond_chance * usual ? 1 : 0;
+    }
+    for (size_t k = 0; usual > 0.0 && (double)count < threshold.few_far * (double)s->count && k < s->count; k++) {
+        far[k] |= fabs(s->value[k]) > threshold.beyond_chance * usual ? 1 : 0;
+    }
+}
+
+/* The shares of what is not far outside: a burst has the spectrum of neither. */
+static void fit_density(const stretches_t *s, const unsigned char *far, double rate_hz, noise_share_t *share) {
+    size_t longest = 0, length = 16, used = 0;
+    double squares = 0.0, white = 0.0, slow = 0.0;
+    stretches_t usual = *s;
     for (size_t i = 0; i < s->stretches; i++) {
         const size_t count = s->begin[i + 1] - s->begin[i];
         longest = count > longest ? count : longest;
@@ -122,8 +140,33 @@ static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share)
     while (2 * length <= longest && 2 * length <= MOST_SEGMENT) {
         length *= 2;
     }
-    double *density = allocate(length / 2 + 1, sizeof *density), *apart = allocate(s->count, sizeof *apart);
-    double white = 0.0, slow = 0.0;
+    double *density = allocate(length / 2 + 1, sizeof *density);
+    usual.value = allocate(s->count, sizeof *usual.value);
+    for (size_t k = 0; k < s->count; k++) {
+        usual.value[k] = far[k] != 0 ? 0.0 : s->value[k];
+        squares += usual.value[k] * usual.value[k];
+        used += far[k] == 0 ? 1 : 0;
+    }
+    if (density_of(&usual, length, rate_hz, density) > 0) {
+        fit_shares(density, length, rate_hz, &white, &slow);
+        share->lowest_hz = LOWEST_LINES * rate_hz / (double)length;
+        share->white_um = sqrt(white * 0.5 * rate_hz);
+        share->slow_um = sqrt(slow * log(0.5 * rate_hz / share->lowest_hz));
+        share->other_um =
+            sqrt(fmax(0.0, squares / fmax(1.0, (double)used) - pow(share->white_um, 2.0) - pow(share->slow_um, 2.0)));
+    }
+    free(density);
+    free(usual.value);
+}
+
+static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share) {
+    double squares = 0.0, fourth = 0.0;
+    memset(share, 0, sizeof *share);
+    if (s->count < LEAST_SAMPLES) {
+        return;
+    }
+    unsigned char *far = allocate(s->count, 1);
+    memset(far, 0, s->count);
     for (size_t k = 0; k < s->count; k++) {
         squares += s->value[k] * s->value[k];
         fourth += pow(s->value[k], 4.0);
@@ -131,43 +174,39 @@ static void share_of(const stretches_t *s, double rate_hz, noise_share_t *share)
     share->samples = s->count;
     share->rms_um = sqrt(squares / (double)s->count);
     share->kurtosis = squares > 0.0 ? fourth * (double)s->count / (squares * squares) : 3.0;
-    for (size_t i = 0; i < s->stretches; i++) {
-        for (size_t k = s->begin[i] + 1; k + 1 < s->begin[i + 1]; k++) {
-            apart[inner++] = s->value[k] - 0.5 * (s->value[k - 1] + s->value[k + 1]);
-        }
+    mark_far(s, far);
+    mark_single(s, far);
+    for (size_t k = 0; k < s->count; k++) {
+        share->outliers += far[k];
     }
-    const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
-    for (size_t k = 0; k < inner; k++) {
-        /* A sample far outside leaves half of itself with either neighbour. */
-        share->outliers += usual > 0.0 && fabs(apart[k]) > threshold.beyond_chance * usual &&
-                                   (k == 0 || fabs(apart[k]) >= fabs(apart[k - 1])) &&
-                                   (k + 1 == inner || fabs(apart[k]) > fabs(apart[k + 1]))
-                               ? 1
-                               : 0;
-    }
-    if (density_of(s, length, rate_hz, density) > 0) {
-        fit_shares(density, length, rate_hz, &white, &slow);
-        share->lowest_hz = LOWEST_LINES * rate_hz / (double)length;
-        share->white_um = sqrt(white * 0.5 * rate_hz);
-        share->slow_um = sqrt(slow * log(0.5 * rate_hz / share->lowest_hz));
-    }
-    free(density);
-    free(apart);
+    fit_density(s, far, rate_hz, share);
+    free(far);
 }
 
+/* What was before a rest settles in it. How, those behind a motion say; the recording may begin so, too. */
 static void rests_of(const recording_t *recording, const drive_look_t *drive, stretches_t *s) {
+    look_span_t *spans = allocate(drive->rests + 1, sizeof *spans);
+    size_t count = 0, first = 0; /* the first that something was before */
+    settling_t settling;
     for (size_t i = 0; i < drive->rests; i++) {
         look_span_t span = drive->rest[i];
         const double third = threshold.settling_part * (double)span_length(span);
         span.from += span.from == 0 ? 0 : (size_t)fmin(third, threshold.settling_s * recording->sample_rate_hz + 1.0);
         if (span_length(span) >= LEAST_SAMPLES) {
-            double *piece = allocate(span_length(span), sizeof *piece);
-            memcpy(piece, recording->column[COLUMN_DISPLACEMENT] + span.from, span_length(span) * sizeof *piece);
-            take_trend_out(piece, span_length(span));
-            add_stretch(s, piece, span_length(span));
-            free(piece);
+            first = span.from == 0 ? 1 : first;
+            spans[count++] = span;
         }
     }
+    settling_find(recording->column[COLUMN_DISPLACEMENT], spans + first, count - first, &settling);
+    for (size_t i = 0; i < count; i++) {
+        const size_t length = span_length(spans[i]);
+        double *piece = allocate(length, sizeof *piece);
+        memcpy(piece, recording->column[COLUMN_DISPLACEMENT] + spans[i].from, length * sizeof *piece);
+        settling_take_out(&settling, piece, length);
+        add_stretch(s, piece, length);
+        free(piece);
+    }
+    free(spans);
 }
 
 void noise_look(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
