@@ -2,6 +2,7 @@
 #include "amplifier/device.h"
 #include "amplifier/line_search.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sample_number.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "loop/capture.h"
@@ -25,10 +26,17 @@ struct device {
     serial_line_t line;
     int64_t identity[REGISTER_COUNT]; /* magic to serial_low are filled */
     unsigned unlocked;                /* by device_unlock */
+    int64_t seen[REGISTER_COUNT];     /* starts, events and sequence, as last read: the last two only grow in a start */
+    bool starts_known;
+    bool comparing; /* seen with what is there now */
 };
 
 static line_outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
-    return serial_line_request(&device->line, request, tries, NULL, failure);
+    const line_outcome_t outcome = serial_line_request(&device->line, request, tries, NULL, failure);
+    if (outcome == LINE_REFUSED) { /* what an amplifier refuses that has restarted says of it only what it lacks */
+        device_blame_restart(device, failure);
+    }
+    return outcome;
 }
 
 /* An earlier client may have ended while it waited, and its late answer could be read here. An unexpected value is
@@ -127,7 +135,59 @@ device_t *device_open(const device_options_t *options, failure_t *failure) {
         return NULL;
     }
     note_device(device);
+    device_note_start(device);
     return device;
+}
+
+static bool read_start(device_t *device, int64_t now[REGISTER_COUNT], failure_t *failure) {
+    device->comparing = true; /* older firmware refuses it */
+    const bool read = device_read(device, INDEX_sequence, &now[INDEX_sequence], failure) &&
+                      device_read_span(device, INDEX_reset_cause, INDEX_events, now, failure);
+    device->comparing = false;
+    return read;
+}
+
+static void keep_start(device_t *device, const int64_t now[REGISTER_COUNT]) {
+    device->seen[INDEX_starts] = now[INDEX_starts];
+    device->seen[INDEX_events] = now[INDEX_events];
+    device->seen[INDEX_sequence] = now[INDEX_sequence];
+    device->starts_known = true;
+}
+
+void device_note_start(device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored; /* a line that fails fails in the next request */
+    device->starts_known = false;
+    if (read_start(device, now, &ignored)) {
+        keep_start(device, now);
+    }
+}
+
+/* The count of starts begins anew with the supply, so it alone does not tell. Says so once. */
+static bool has_restarted(device_t *device, const int64_t now[REGISTER_COUNT]) {
+    const int64_t *const seen = device->seen;
+    const bool restarted = now[INDEX_starts] != seen[INDEX_starts] || now[INDEX_events] < seen[INDEX_events] ||
+                           samples_between(seen[INDEX_sequence], now[INDEX_sequence]) < 0;
+    keep_start(device, now);
+    return restarted;
+}
+
+static bool say_restart(failure_t *failure) {
+    return fail(failure, "the amplifier restarted: what was set in it and not stored is gone");
+}
+
+bool device_check_start(device_t *device, failure_t *failure) {
+    int64_t now[REGISTER_COUNT];
+    return !device->starts_known ||
+           (read_start(device, now, failure) && (!has_restarted(device, now) || say_restart(failure)));
+}
+
+void device_blame_restart(device_t *device, failure_t *failure) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored;
+    if (device->starts_known && !device->comparing && read_start(device, now, &ignored) && has_restarted(device, now)) {
+        (void)say_restart(failure);
+    }
 }
 
 static line_outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure);
@@ -213,6 +273,9 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
     }
     for (int i = first; i <= last; i++) {
         value[i] = decode(register_table[i].type, words + (register_table[i].address - start));
+    }
+    if (first == INDEX_sequence && samples_between(device->seen[first], value[first]) >= 0) {
+        device->seen[first] = value[first]; /* one that went back stays to be seen by has_restarted */
     }
     return true;
 }
@@ -352,6 +415,9 @@ bool device_arm(device_t *device, failure_t *failure) {
         if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
             return true;
         }
+        if (now[INDEX_amplifier_state] == AMPLIFIER_OFF && !device_check_start(device, failure)) {
+            return false;
+        }
         samples = now[INDEX_sequence];
         until_s = monotonic_s() + STANDSTILL_S;
     }
@@ -422,7 +488,7 @@ bool device_registers_per_sample(device_t *device, double *registers, failure_t 
     }
     const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
     const double samples_by_baud = device_sample_rate_hz(device) * 10.0 * bytes / (double)device->line.baud;
-    const double samples = (double)((uint32_t)last - (uint32_t)first) / (MEASURED_REQUESTS + 1.0);
+    const double samples = (double)samples_between(first, last) / (MEASURED_REQUESTS + 1.0);
     *registers = MODBUS_MAX_READ_REGISTERS / fmax(samples_by_baud / SHARE_OF_LINE, samples / SHARE_OF_MEASURED);
     return true;
 }

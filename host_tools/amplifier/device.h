@@ -48,6 +48,17 @@ void device_text(const device_t *device, char text[DEVICE_TEXT]);
 /** Samples per second of the loop. */
 double device_sample_rate_hz(const device_t *device);
 
+/** From now on a restart of the amplifier is one since now. device_open notes the first. */
+void device_note_start(device_t *device);
+
+/** Fails with "the amplifier restarted ..." if it has since then, and notes the new start: a restart is reported once.
+ * Firmware that does not count its starts passes. */
+bool device_check_start(device_t *device, failure_t *failure);
+
+/** *failure, which is the reason of something that failed, becomes the restart that caused it, if there was one. A
+ * request that is refused does this by itself. */
+void device_blame_restart(device_t *device, failure_t *failure);
+
 /** The present value; of a telemetry register that of a new snapshot. */
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure);
 

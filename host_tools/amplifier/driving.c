@@ -6,13 +6,17 @@
 #include "loop/telemetry.h"
 #include <math.h>
 
-/* The first failure remains the one that is reported. */
-static void park(device_t *device, int64_t timeout_before_ms, failure_t *failure) {
+/* As a good run ends: to park, and then off. The first failure remains the one that is reported, unless a restart of
+ * the amplifier is the cause; what parks it comes before that is looked at. */
+static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, failure_t *failure) {
     failure_t ignored;
-    const failure_t first = *failure;
+    failure_t first = *failure;
     const int part = (int)(sizeof first.text - 200);
-    if (device_command(device, COMMAND_PARK, &ignored)) {
+    if (device_command(device, COMMAND_DISARM, &ignored)) {
         (void)device_write(device, INDEX_watchdog, timeout_before_ms, &ignored);
+        if (!interrupted) {
+            device_blame_restart(device, &first);
+        }
         (void)fail(failure, "%.*s; the drive is stopped and parked", part, first.text);
     } else {
         (void)fail(
@@ -25,6 +29,7 @@ static void park(device_t *device, int64_t timeout_before_ms, failure_t *failure
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure) {
     const volatile sig_atomic_t *stop = driving->stop != NULL ? driving->stop : stop_on_signal();
     int64_t before_ms = 0; /* 0: off */
+    device_note_start(device);
     device_stop_when(device, stop);
     if (!device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
         !device_read(device, INDEX_watchdog, &before_ms, failure) ||
@@ -41,7 +46,7 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
         good = fail(failure, "interrupted (%s)", stop_signal_name(*stop));
     }
     if (!good) {
-        park(device, before_ms, failure);
+        park(device, before_ms, *stop != 0, failure);
     }
     device_lock(device);
     return good;

@@ -3,8 +3,9 @@
  * Guards everything that is played, so that no error leaves the actuator driven.
  *
  * While it plays the amplifier is unlocked, SIGINT, SIGTERM and SIGHUP make the next request fail, and a failure of any
- * kind ends with the source stopped and the amplifier parked. Meanwhile the amplifier's communication timeout (register
- * `watchdog`) is armed, so that it parks by itself when this process is killed or the line is cut.
+ * kind ends as a good run does: the source stopped, the drive on its way to park, and the amplifier off there.
+ * Meanwhile the amplifier's communication timeout (register `watchdog`) is armed, so that it parks by itself when this
+ * process is killed or the line is cut.
  */
 #ifndef DRIVING_H
 #define DRIVING_H
@@ -21,7 +22,8 @@ typedef struct {
 
 /**
  * Sets the communication timeout (device_communication_timeout_ms) and plays. After success the amplifier stays as it
- * is. Otherwise, or after a signal, stops and parks it, and appends that to *failure. Where it cannot even be unlocked,
+ * is. Otherwise, or after a signal, stops, parks and disarms it, and appends that to *failure; a restart of the
+ * amplifier in between is then the failure. Where it cannot even be unlocked,
  * nothing was driven and nothing is parked. In any case it is locked again, and the signals no longer end requests.
  * Returns whether all is well.
  */
