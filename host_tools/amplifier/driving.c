@@ -54,21 +54,37 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
 
 /* A command takes effect with the next sample; an emulated amplifier may take its time for that. */
 #define HALT_S 5.0
+/* A ramp over the whole range takes a board at most 10 s (hyst/board_limits.h). */
+#define OFF_S  12.0
 #define POLL_S 0.05
 
+static bool is_halted(control_command_t command, const int64_t now[REGISTER_COUNT]) {
+    const int64_t state = now[INDEX_state];
+    switch (command) {
+    case COMMAND_DISARM: /* a fault has the stage disabled, and keeps it so */
+        return state == LOOP_PARKED &&
+               (now[INDEX_amplifier_state] == AMPLIFIER_OFF || now[INDEX_amplifier_state] == AMPLIFIER_FAULT);
+    case COMMAND_STOP: /* leads out of a fault */
+        return (state == LOOP_PARKED || state == LOOP_IDLE) && now[INDEX_amplifier_state] != AMPLIFIER_FAULT;
+    default:
+        return state == LOOP_PARKED;
+    }
+}
+
 bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure) {
+    const double patience_s = command == COMMAND_DISARM ? OFF_S : HALT_S;
     if (!device_command(device, command, failure)) {
         return false;
     }
-    for (const double until_s = monotonic_s() + HALT_S; monotonic_s() < until_s; sleep_until(monotonic_s() + POLL_S)) {
+    for (const double until_s = monotonic_s() + patience_s; monotonic_s() < until_s;
+         sleep_until(monotonic_s() + POLL_S)) {
         if (!device_read_telemetry(device, now, failure)) {
             return false;
         }
-        const int64_t state = now[INDEX_state];
-        if (state == LOOP_PARKED || (command == COMMAND_STOP && state == LOOP_IDLE)) {
+        if (is_halted(command, now)) {
             return true;
         }
     }
-    return fail(failure, "the amplifier has taken the command, but after %g s its loop is still %s", HALT_S,
-                state_name(now[INDEX_state]));
+    return fail(failure, "the amplifier has taken the command, but after %g s its loop is still %s, and it is %s",
+                patience_s, state_name(now[INDEX_state]), power_name(now[INDEX_amplifier_state]));
 }

@@ -30,8 +30,8 @@ typedef struct {
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure);
 
 /**
- * COMMAND_STOP or COMMAND_PARK for an amplifier that was left driven. Waits until its loop no longer plays, or is
- * parked. now: the snapshot that shows it.
+ * COMMAND_STOP, COMMAND_PARK or COMMAND_DISARM for an amplifier that was left driven. Waits until its loop no longer
+ * plays, or is parked, or it is off. now: the snapshot that shows it.
  */
 bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure);
 

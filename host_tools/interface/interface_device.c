@@ -237,6 +237,10 @@ char *hyst_host_device_park(hyst_host_device_t *device) {
     return halt(device, COMMAND_PARK);
 }
 
+char *hyst_host_device_off(hyst_host_device_t *device) {
+    return halt(device, COMMAND_DISARM);
+}
+
 char *hyst_host_device_now(hyst_host_device_t *device) {
     int64_t now[REGISTER_COUNT], model_id;
     const hyst_parameters_t *image = &device->image;

@@ -258,12 +258,11 @@ static void poll_line(line_keeper_t *keeper) {
     wait(keeper, watched ? STREAM_S : SNAPSHOT_S, true);
 }
 
+/* Nothing looks after it any more: to park, and off there. What is off stays off. */
 static void leave(line_keeper_t *keeper) {
-    int64_t now[REGISTER_COUNT];
     failure_t ignored;
-    if (keeper->device != NULL && device_read_telemetry(keeper->device, now, &ignored) &&
-        now[INDEX_state] != LOOP_PARKED) {
-        (void)device_command(keeper->device, COMMAND_PARK, &ignored);
+    if (keeper->device != NULL) {
+        (void)device_command(keeper->device, COMMAND_DISARM, &ignored);
     }
     if (keeper->device != NULL) {
         live_stream_close(&keeper->stream);
