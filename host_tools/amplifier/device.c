@@ -45,7 +45,7 @@ static line_outcome_t read_expected(device_t *device, int which, uint16_t expect
                                     failure_t *failure) {
     char what[100];
     (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
-    const request_t request = {what, register_table[which].address, 1, value, NULL, 0, 0};
+    const request_t request = {.what = what, .address = register_table[which].address, .count = 1, .read = value};
     const line_outcome_t outcome = serial_line_request(&device->line, &request, TRIES, silent, failure);
     if (outcome != LINE_DONE || *value == expected) {
         return outcome;
@@ -265,9 +265,11 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
     char what[100];
     (void)snprintf(what, sizeof what, first == last ? "register %s" : "registers %s to %s", register_table[first].name,
                    register_table[last].name);
-    const request_t request = {
-        what, start, register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start, words, NULL,
-        0,    0};
+    const request_t request = {.what = what,
+                               .address = start,
+                               .count =
+                                   register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start,
+                               .read = words};
     if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
         return false;
     }
@@ -333,7 +335,7 @@ static line_outcome_t write_span(device_t *device, int first, int last, const in
     } else {
         (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
     }
-    const request_t request = {what, register_table[first].address, count, NULL, words, 0, 0};
+    const request_t request = {.what = what, .address = register_table[first].address, .count = count, .write = words};
     return transfer(device, &request, tries, failure);
 }
 
@@ -369,6 +371,48 @@ bool device_unlock(device_t *device, unsigned what, failure_t *failure) {
 
 bool device_command(device_t *device, control_command_t command, failure_t *failure) {
     return device_write(device, INDEX_command, (int64_t)command, failure);
+}
+
+/* How long a board stands still while it stores, with a reserve. */
+#define SAVE_S 2.0
+
+/* Whether a save was done whose answer did not come, now or in vain: what the registers say of the store, before it and
+ * now. */
+static bool has_saved(const int64_t before[REGISTER_COUNT], const int64_t now[REGISTER_COUNT]) {
+    return now[INDEX_store_sequence] != before[INDEX_store_sequence] ||
+           now[INDEX_store_state] != before[INDEX_store_state];
+}
+
+bool device_save(device_t *device, bool *refused, failure_t *failure) {
+    int64_t before[REGISTER_COUNT], now[REGISTER_COUNT];
+    const uint16_t word = COMMAND_SAVE;
+    const request_t request = {.what = "the command to store the image",
+                               .address = ADDRESS_command,
+                               .count = 1,
+                               .write = &word,
+                               .patience_s = SAVE_S};
+    *refused = false;
+    if (!device_read_span(device, INDEX_store_state, INDEX_store_sequence, before, failure)) {
+        return false;
+    }
+    for (int attempt = 1;; attempt++) {
+        failure_t silent;
+        const line_outcome_t outcome = transfer(device, &request, 1, failure);
+        *refused = outcome == LINE_REFUSED;
+        if (outcome != LINE_NO_ANSWER) {
+            return outcome == LINE_DONE;
+        }
+        if (!device_read_span(device, INDEX_store_state, INDEX_store_sequence, now, &silent)) {
+            return false;
+        }
+        if (has_saved(before, now)) {
+            return true;
+        }
+        if (attempt == TRIES) {
+            return false;
+        }
+        device->line.repetitions++;
+    }
 }
 
 bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
@@ -461,7 +505,8 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         char what[100];
         describe(block, offset + done, what);
         uint16_t *const to = value + done;
-        const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL, 0, 0};
+        const request_t request = {
+            .what = what, .address = block + (int)(offset + done), .count = (int)part, .read = to};
         if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
             return false;
         }
@@ -515,7 +560,8 @@ bool device_write_block(device_t *device, int block, size_t offset, size_t count
         const bool shortest = part <= WRITE_LEAST;
         char what[100];
         describe(block, offset + done, what);
-        const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done, 0, 0};
+        const request_t request = {
+            .what = what, .address = block + (int)(offset + done), .count = (int)part, .write = value + done};
         const line_outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
         if (outcome == LINE_DONE) {
             done += part;

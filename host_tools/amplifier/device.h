@@ -100,8 +100,13 @@ void device_lock(device_t *device);
 /** Leaves the locks as they are: the amplifier no longer answers at these settings. */
 void device_forget_locks(device_t *device);
 
-/** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
+/** A command, repeated when its answer is lost. Not for `start`, which would restart the source, nor for the save. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
+
+/** COMMAND_SAVE, each of which erases a sector of the flash and takes up to 1 s: not repeated if only its answer was
+ * lost. Whether the flash took it is in register `store_state`. *refused: the amplifier did not take the command, as
+ * where its output is not yet at rest. */
+bool device_save(device_t *device, bool *refused, failure_t *failure);
 
 /** Fails, with what to do, unless the amplifier is off; `what` it would store then. Waits for one that is on its way
  * there, as after a run. */

@@ -33,6 +33,9 @@ static bool restore(device_t *device, const settings_t *s, failure_t *failure) {
     }
     printf("%s: %zu settings%s, read back the same%s\n", shown_name(s->input), done.settings,
            done.image ? " and the image" : "", s->store ? "; stored for the next start" : "");
+    if (done.watchdog) {
+        printf("note: register watchdog of it is left as it is: the communication timeout belongs to who drives\n");
+    }
     if (done.not_there > 0) {
         printf("note: %zu settings of it are not in this amplifier's firmware\n", done.not_there);
     }
