@@ -402,6 +402,19 @@ static void test_a_run_after_a_trip_says_which(void) {
     TEST_ASSERT_EQUAL_STRING("", errors);
 }
 
+/* And not the wrap of the sample's number, 0.3 s after it begins. */
+static void test_monitor_notes_a_restart(void) {
+    static const char *const monitor[] = {"monitor", "--interval", "0.05", "--count", "20", NULL};
+    simulated_device_line()->sequence = (uint32_t)0 - 30000U;
+    take_line();
+    leave_line();
+    start(monitor);
+    sleep_until(monotonic_s() + 0.6);
+    simulated_device_line()->restart_after = 1;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    expect_error("note: the amplifier restarted; how long it was away is not in the time");
+}
+
 /* The older file stays, and the line says why. */
 static void test_a_restart_leaves_no_recording(void) {
     static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "restarted.csv", NULL};
@@ -454,6 +467,7 @@ int main(void) {
     RUN_TEST(test_park_switches_off_when_it_is_to);
     RUN_TEST(test_stop_says_what_the_drive_does);
     RUN_TEST(test_a_run_after_a_trip_says_which);
+    RUN_TEST(test_monitor_notes_a_restart);
     RUN_TEST(test_a_restart_leaves_no_recording);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
     return UNITY_END();
