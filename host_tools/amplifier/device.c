@@ -28,8 +28,27 @@ struct device {
     unsigned unlocked;                /* by device_unlock */
     int64_t seen[REGISTER_COUNT];     /* starts, events and sequence, as last read: the last two only grow in a start */
     bool starts_known;
-    bool comparing; /* seen with what is there now */
 };
+
+static int64_t decode(register_type_t type, const uint16_t *words) {
+    if (REGISTER_SIZE(type) == 1) {
+        return words[0];
+    }
+    const uint32_t whole = ((uint32_t)words[0] << 16) | words[1];
+    return type == REGISTER_U32 ? (int64_t)whole : (int64_t)(int32_t)whole;
+}
+
+static request_t read_request(int first, int last, uint16_t *words) {
+    const int start = register_table[first].address;
+    const int end = register_table[last].address + (int)REGISTER_SIZE(register_table[last].type);
+    return (request_t){.what = register_table[first].name, .address = start, .count = end - start, .read = words};
+}
+
+static void decode_span(int first, int last, const uint16_t *words, int64_t *value) {
+    for (int i = first; i <= last; i++) {
+        value[i] = decode(register_table[i].type, words + (register_table[i].address - register_table[first].address));
+    }
+}
 
 static line_outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
     const line_outcome_t outcome = serial_line_request(&device->line, request, tries, NULL, failure);
@@ -139,12 +158,20 @@ device_t *device_open(const device_options_t *options, failure_t *failure) {
     return device;
 }
 
+/* Not by transfer, which asks for it. Older firmware refuses it. */
+static bool read_span_once(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
+    uint16_t words[MODBUS_MAX_READ_REGISTERS];
+    const request_t request = read_request(first, last, words);
+    if (serial_line_request(&device->line, &request, TRIES, NULL, failure) != LINE_DONE) {
+        return false;
+    }
+    decode_span(first, last, words, value);
+    return true;
+}
+
 static bool read_start(device_t *device, int64_t now[REGISTER_COUNT], failure_t *failure) {
-    device->comparing = true; /* older firmware refuses it */
-    const bool read = device_read(device, INDEX_sequence, &now[INDEX_sequence], failure) &&
-                      device_read_span(device, INDEX_reset_cause, INDEX_events, now, failure);
-    device->comparing = false;
-    return read;
+    return read_span_once(device, INDEX_sequence, INDEX_sequence, now, failure) &&
+           read_span_once(device, INDEX_reset_cause, INDEX_events, now, failure);
 }
 
 static void keep_start(device_t *device, const int64_t now[REGISTER_COUNT]) {
@@ -185,7 +212,7 @@ bool device_check_start(device_t *device, failure_t *failure) {
 void device_blame_restart(device_t *device, failure_t *failure) {
     int64_t now[REGISTER_COUNT];
     failure_t ignored;
-    if (device->starts_known && !device->comparing && read_start(device, now, &ignored) && has_restarted(device, now)) {
+    if (device->starts_known && read_start(device, now, &ignored) && has_restarted(device, now)) {
         (void)say_restart(failure);
     }
 }
@@ -251,31 +278,20 @@ unsigned long device_repetitions(const device_t *device) {
     return device->line.repetitions;
 }
 
-static int64_t decode(register_type_t type, const uint16_t *words) {
-    if (REGISTER_SIZE(type) == 1) {
-        return words[0];
-    }
-    const uint32_t whole = ((uint32_t)words[0] << 16) | words[1];
-    return type == REGISTER_U32 ? (int64_t)whole : (int64_t)(int32_t)whole;
-}
-
 bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
     uint16_t words[MODBUS_MAX_READ_REGISTERS];
-    const int start = register_table[first].address;
     char what[100];
-    (void)snprintf(what, sizeof what, first == last ? "register %s" : "registers %s to %s", register_table[first].name,
-                   register_table[last].name);
-    const request_t request = {.what = what,
-                               .address = start,
-                               .count =
-                                   register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start,
-                               .read = words};
+    request_t request = read_request(first, last, words);
+    if (first != last) {
+        (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
+    } else {
+        (void)snprintf(what, sizeof what, "register %s", register_table[first].name);
+    }
+    request.what = what;
     if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
         return false;
     }
-    for (int i = first; i <= last; i++) {
-        value[i] = decode(register_table[i].type, words + (register_table[i].address - start));
-    }
+    decode_span(first, last, words, value);
     if (first == INDEX_sequence && samples_between(device->seen[first], value[first]) >= 0) {
         device->seen[first] = value[first]; /* one that went back stays to be seen by has_restarted */
     }

@@ -2,7 +2,7 @@
 /**
  * Guards everything that is played, so that no error leaves the actuator driven.
  *
- * While it plays the amplifier is unlocked, SIGINT, SIGTERM and SIGHUP make the next request fail, and a failure of any
+ * While it plays the amplifier is unlocked, and SIGINT, SIGTERM and SIGHUP make the next request fail. A failure of any
  * kind ends as a good run does: the source stopped, the drive on its way to park, and the amplifier off there.
  * Meanwhile the amplifier's communication timeout (register `watchdog`) is armed, so that it parks by itself when this
  * process is killed or the line is cut.

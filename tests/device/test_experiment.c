@@ -355,7 +355,7 @@ static void test_a_restart_while_the_capture_is_read_is_no_recording(void) {
     }
 }
 
-/* At each request of a run, it is the restart that is told of, and not what the amplifier refuses after it. */
+/* At each request of a run, the failure is the restart, and not what the amplifier refuses after it. */
 static void test_a_restart_at_any_time_is_called_so(void) {
     line_control_t *line = simulated_device_line();
     experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
