@@ -184,7 +184,6 @@ static void keep_start(device_t *device, const int64_t now[REGISTER_COUNT]) {
 void device_note_start(device_t *device) {
     int64_t now[REGISTER_COUNT];
     failure_t ignored; /* a line that fails fails in the next request */
-    device->starts_known = false;
     if (read_start(device, now, &ignored)) {
         keep_start(device, now);
     }

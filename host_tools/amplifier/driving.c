@@ -29,8 +29,8 @@ static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, 
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure) {
     const volatile sig_atomic_t *stop = driving->stop != NULL ? driving->stop : stop_on_signal();
     int64_t before_ms = 0; /* 0: off */
-    device_note_start(device);
     device_stop_when(device, stop);
+    device_note_start(device);
     if (!device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
         !device_read(device, INDEX_watchdog, &before_ms, failure) ||
         !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
