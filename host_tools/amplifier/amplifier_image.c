@@ -154,13 +154,14 @@ bool amplifier_image_store(device_t *device, failure_t *failure) {
         return false;
     }
     const double until_s = monotonic_s() + REST_S;
-    while (!device_command(device, COMMAND_SAVE, failure)) {
-        const failure_t refused = *failure; /* not yet at rest, or for good */
-        if (!device_expect_off(device, "its image", failure)) {
+    bool refused; /* not yet at rest, or for good */
+    while (!device_save(device, &refused, failure)) {
+        const failure_t why = *failure;
+        if (!refused || !device_expect_off(device, "its image", failure)) {
             return false;
         }
         if (monotonic_s() > until_s) {
-            *failure = refused;
+            *failure = why;
             return false;
         }
         sleep_until(monotonic_s() + POLL_S);

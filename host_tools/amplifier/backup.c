@@ -8,11 +8,12 @@
 static const char format_name[] = "hyst-backup-1";
 
 /* A setting: what can be read and written and moves nothing by itself. The line belongs to the place, not to what the
- * amplifier does there: two amplifiers of one backup would have one address. */
+ * amplifier does there: two amplifiers of one backup would have one address. The communication timeout belongs to the
+ * master that is there; an amplifier never keeps it over a start, and a backup that had it would. */
 static bool is_setting(int which) {
     const bool of_line = which == INDEX_line_address || which == INDEX_line_baud || which == INDEX_line_parity;
     return register_table[which].access == REGISTER_RW && which != INDEX_mode && which != INDEX_setpoint &&
-           which != INDEX_stream_from && !of_line;
+           which != INDEX_stream_from && which != INDEX_watchdog && !of_line;
 }
 
 static json_t *settings_read(device_t *device, failure_t *failure) {
@@ -161,6 +162,10 @@ static bool settings_write(device_t *device, json_t *settings, backup_done_t *do
     json_object_foreach(settings, name, value) {
         const int which = index_of(name);
         int64_t limit[2];
+        if (which == INDEX_watchdog) {
+            done->watchdog = true;
+            continue;
+        }
         if (which == REGISTER_COUNT || !is_setting(which)) {
             done->not_there++;
             continue;
@@ -223,6 +228,8 @@ bool backup_write(device_t *device, const json_t *backup, const char *where, bac
                         : amplifier_image_read(device, &image, failure)) &&
            settings_check(settings, where, failure) && check_park(&image, settings, where, failure) &&
            (!done->image || image_put(device, &image, settings, failure)) &&
-           device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
-           settings_write(device, settings, done, failure);
+           ((device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
+             settings_write(device, settings, done, failure)) ||
+            fail_in(failure, "%s: %s%zu settings of it are in force, and nothing is stored", where,
+                    done->image ? "the image and " : "", done->settings));
 }

@@ -15,14 +15,15 @@ json_t *backup_read(device_t *device, failure_t *failure);
 /** What a restore did. */
 typedef struct {
     bool image;       /**< one was written */
+    bool watchdog;    /**< the backup has one, which was left out: it is of a hyst that kept it */
     size_t settings;  /**< registers written, and read back the same */
     size_t not_there; /**< registers of the backup that this amplifier's firmware, or this command, does not have */
 } backup_done_t;
 
 /**
  * Checks the whole backup, values that fit into no register included, then writes the image and the settings, and reads
- * them back. It goes in whatever limits are in force: lower and upper ones are written together. `where` stands for the
- * file in messages.
+ * them back. What the amplifier refuses after that is a failure that says what is in force. It goes in whatever limits
+ * are in force: lower and upper ones are written together. `where` stands for the file in messages.
  */
 bool backup_write(device_t *device, const json_t *backup, const char *where, backup_done_t *done, failure_t *failure);
 

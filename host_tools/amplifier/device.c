@@ -2,6 +2,7 @@
 #include "amplifier/device.h"
 #include "amplifier/line_search.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sample_number.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "loop/capture.h"
@@ -25,10 +26,36 @@ struct device {
     serial_line_t line;
     int64_t identity[REGISTER_COUNT]; /* magic to serial_low are filled */
     unsigned unlocked;                /* by device_unlock */
+    int64_t seen[REGISTER_COUNT];     /* starts, events and sequence, as last read: the last two only grow in a start */
+    bool starts_known;
 };
 
+static int64_t decode(register_type_t type, const uint16_t *words) {
+    if (REGISTER_SIZE(type) == 1) {
+        return words[0];
+    }
+    const uint32_t whole = ((uint32_t)words[0] << 16) | words[1];
+    return type == REGISTER_U32 ? (int64_t)whole : (int64_t)(int32_t)whole;
+}
+
+static request_t read_request(int first, int last, uint16_t *words) {
+    const int start = register_table[first].address;
+    const int end = register_table[last].address + (int)REGISTER_SIZE(register_table[last].type);
+    return (request_t){.what = register_table[first].name, .address = start, .count = end - start, .read = words};
+}
+
+static void decode_span(int first, int last, const uint16_t *words, int64_t *value) {
+    for (int i = first; i <= last; i++) {
+        value[i] = decode(register_table[i].type, words + (register_table[i].address - register_table[first].address));
+    }
+}
+
 static line_outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
-    return serial_line_request(&device->line, request, tries, NULL, failure);
+    const line_outcome_t outcome = serial_line_request(&device->line, request, tries, NULL, failure);
+    if (outcome == LINE_REFUSED) { /* what an amplifier refuses that has restarted says of it only what it lacks */
+        device_blame_restart(device, failure);
+    }
+    return outcome;
 }
 
 /* An earlier client may have ended while it waited, and its late answer could be read here. An unexpected value is
@@ -37,7 +64,7 @@ static line_outcome_t read_expected(device_t *device, int which, uint16_t expect
                                     failure_t *failure) {
     char what[100];
     (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
-    const request_t request = {what, register_table[which].address, 1, value, NULL, 0, 0};
+    const request_t request = {.what = what, .address = register_table[which].address, .count = 1, .read = value};
     const line_outcome_t outcome = serial_line_request(&device->line, &request, TRIES, silent, failure);
     if (outcome != LINE_DONE || *value == expected) {
         return outcome;
@@ -127,7 +154,66 @@ device_t *device_open(const device_options_t *options, failure_t *failure) {
         return NULL;
     }
     note_device(device);
+    device_note_start(device);
     return device;
+}
+
+/* Not by transfer, which asks for it. Older firmware refuses it. */
+static bool read_span_once(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
+    uint16_t words[MODBUS_MAX_READ_REGISTERS];
+    const request_t request = read_request(first, last, words);
+    if (serial_line_request(&device->line, &request, TRIES, NULL, failure) != LINE_DONE) {
+        return false;
+    }
+    decode_span(first, last, words, value);
+    return true;
+}
+
+static bool read_start(device_t *device, int64_t now[REGISTER_COUNT], failure_t *failure) {
+    return read_span_once(device, INDEX_sequence, INDEX_sequence, now, failure) &&
+           read_span_once(device, INDEX_reset_cause, INDEX_events, now, failure);
+}
+
+static void keep_start(device_t *device, const int64_t now[REGISTER_COUNT]) {
+    device->seen[INDEX_starts] = now[INDEX_starts];
+    device->seen[INDEX_events] = now[INDEX_events];
+    device->seen[INDEX_sequence] = now[INDEX_sequence];
+    device->starts_known = true;
+}
+
+void device_note_start(device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored; /* a line that fails fails in the next request */
+    if (read_start(device, now, &ignored)) {
+        keep_start(device, now);
+    }
+}
+
+/* The count of starts begins anew with the supply, so it alone does not tell. Says so once. */
+static bool has_restarted(device_t *device, const int64_t now[REGISTER_COUNT]) {
+    const int64_t *const seen = device->seen;
+    const bool restarted = now[INDEX_starts] != seen[INDEX_starts] || now[INDEX_events] < seen[INDEX_events] ||
+                           samples_between(seen[INDEX_sequence], now[INDEX_sequence]) < 0;
+    keep_start(device, now);
+    return restarted;
+}
+
+static bool say_restart(failure_t *failure) {
+    return fail(failure, "the amplifier restarted: what was set in it and not stored is gone");
+}
+
+bool device_check_start(device_t *device, failure_t *failure) {
+    int64_t now[REGISTER_COUNT];
+    return !device->starts_known ||
+           (read_start(device, now, failure) && (!has_restarted(device, now) || say_restart(failure)));
+}
+
+void device_blame_restart(device_t *device, failure_t *failure) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored;
+    if (device->starts_known && read_start(device, now, &ignored) && has_restarted(device, now)) {
+        (void)say_restart(failure);
+    }
 }
 
 static line_outcome_t write_register(device_t *device, int which, int64_t value, int tries, failure_t *failure);
@@ -191,28 +277,22 @@ unsigned long device_repetitions(const device_t *device) {
     return device->line.repetitions;
 }
 
-static int64_t decode(register_type_t type, const uint16_t *words) {
-    if (REGISTER_SIZE(type) == 1) {
-        return words[0];
-    }
-    const uint32_t whole = ((uint32_t)words[0] << 16) | words[1];
-    return type == REGISTER_U32 ? (int64_t)whole : (int64_t)(int32_t)whole;
-}
-
 bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
     uint16_t words[MODBUS_MAX_READ_REGISTERS];
-    const int start = register_table[first].address;
     char what[100];
-    (void)snprintf(what, sizeof what, first == last ? "register %s" : "registers %s to %s", register_table[first].name,
-                   register_table[last].name);
-    const request_t request = {
-        what, start, register_table[last].address + (int)REGISTER_SIZE(register_table[last].type) - start, words, NULL,
-        0,    0};
+    request_t request = read_request(first, last, words);
+    if (first != last) {
+        (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
+    } else {
+        (void)snprintf(what, sizeof what, "register %s", register_table[first].name);
+    }
+    request.what = what;
     if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
         return false;
     }
-    for (int i = first; i <= last; i++) {
-        value[i] = decode(register_table[i].type, words + (register_table[i].address - start));
+    decode_span(first, last, words, value);
+    if (first == INDEX_sequence && samples_between(device->seen[first], value[first]) >= 0) {
+        device->seen[first] = value[first]; /* one that went back stays to be seen by has_restarted */
     }
     return true;
 }
@@ -270,7 +350,7 @@ static line_outcome_t write_span(device_t *device, int first, int last, const in
     } else {
         (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
     }
-    const request_t request = {what, register_table[first].address, count, NULL, words, 0, 0};
+    const request_t request = {.what = what, .address = register_table[first].address, .count = count, .write = words};
     return transfer(device, &request, tries, failure);
 }
 
@@ -306,6 +386,48 @@ bool device_unlock(device_t *device, unsigned what, failure_t *failure) {
 
 bool device_command(device_t *device, control_command_t command, failure_t *failure) {
     return device_write(device, INDEX_command, (int64_t)command, failure);
+}
+
+/* How long a board stands still while it stores, with a reserve. */
+#define SAVE_S 2.0
+
+/* Whether a save was done whose answer did not come, now or in vain: what the registers say of the store, before it and
+ * now. */
+static bool has_saved(const int64_t before[REGISTER_COUNT], const int64_t now[REGISTER_COUNT]) {
+    return now[INDEX_store_sequence] != before[INDEX_store_sequence] ||
+           now[INDEX_store_state] != before[INDEX_store_state];
+}
+
+bool device_save(device_t *device, bool *refused, failure_t *failure) {
+    int64_t before[REGISTER_COUNT], now[REGISTER_COUNT];
+    const uint16_t word = COMMAND_SAVE;
+    const request_t request = {.what = "the command to store the image",
+                               .address = ADDRESS_command,
+                               .count = 1,
+                               .write = &word,
+                               .patience_s = SAVE_S};
+    *refused = false;
+    if (!device_read_span(device, INDEX_store_state, INDEX_store_sequence, before, failure)) {
+        return false;
+    }
+    for (int attempt = 1;; attempt++) {
+        failure_t silent;
+        const line_outcome_t outcome = transfer(device, &request, 1, failure);
+        *refused = outcome == LINE_REFUSED;
+        if (outcome != LINE_NO_ANSWER) {
+            return outcome == LINE_DONE;
+        }
+        if (!device_read_span(device, INDEX_store_state, INDEX_store_sequence, now, &silent)) {
+            return false;
+        }
+        if (has_saved(before, now)) {
+            return true;
+        }
+        if (attempt == TRIES) {
+            return false;
+        }
+        device->line.repetitions++;
+    }
 }
 
 bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
@@ -352,6 +474,9 @@ bool device_arm(device_t *device, failure_t *failure) {
         if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
             return true;
         }
+        if (now[INDEX_amplifier_state] == AMPLIFIER_OFF && !device_check_start(device, failure)) {
+            return false;
+        }
         samples = now[INDEX_sequence];
         until_s = monotonic_s() + STANDSTILL_S;
     }
@@ -395,7 +520,8 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         char what[100];
         describe(block, offset + done, what);
         uint16_t *const to = value + done;
-        const request_t request = {what, block + (int)(offset + done), (int)part, to, NULL, 0, 0};
+        const request_t request = {
+            .what = what, .address = block + (int)(offset + done), .count = (int)part, .read = to};
         if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
             return false;
         }
@@ -422,7 +548,7 @@ bool device_registers_per_sample(device_t *device, double *registers, failure_t 
     }
     const double bytes = 8.0 + 5.0 + 2.0 * MODBUS_MAX_READ_REGISTERS; /* of a request and its answer, ten bits each */
     const double samples_by_baud = device_sample_rate_hz(device) * 10.0 * bytes / (double)device->line.baud;
-    const double samples = (double)((uint32_t)last - (uint32_t)first) / (MEASURED_REQUESTS + 1.0);
+    const double samples = (double)samples_between(first, last) / (MEASURED_REQUESTS + 1.0);
     *registers = MODBUS_MAX_READ_REGISTERS / fmax(samples_by_baud / SHARE_OF_LINE, samples / SHARE_OF_MEASURED);
     return true;
 }
@@ -449,7 +575,8 @@ bool device_write_block(device_t *device, int block, size_t offset, size_t count
         const bool shortest = part <= WRITE_LEAST;
         char what[100];
         describe(block, offset + done, what);
-        const request_t request = {what, block + (int)(offset + done), (int)part, NULL, value + done, 0, 0};
+        const request_t request = {
+            .what = what, .address = block + (int)(offset + done), .count = (int)part, .write = value + done};
         const line_outcome_t outcome = transfer(device, &request, shortest ? TRIES : 1, failure);
         if (outcome == LINE_DONE) {
             done += part;

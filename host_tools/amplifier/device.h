@@ -48,6 +48,17 @@ void device_text(const device_t *device, char text[DEVICE_TEXT]);
 /** Samples per second of the loop. */
 double device_sample_rate_hz(const device_t *device);
 
+/** From now on a restart of the amplifier is one since now. device_open notes the first. */
+void device_note_start(device_t *device);
+
+/** Fails with "the amplifier restarted ..." if it has since then, and notes the new start: a restart is reported once.
+ * Firmware that does not count its starts passes. */
+bool device_check_start(device_t *device, failure_t *failure);
+
+/** *failure, which is the reason of something that failed, becomes the restart that caused it, if there was one. A
+ * request that is refused does this by itself. */
+void device_blame_restart(device_t *device, failure_t *failure);
+
 /** The present value; of a telemetry register that of a new snapshot. */
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure);
 
@@ -89,8 +100,13 @@ void device_lock(device_t *device);
 /** Leaves the locks as they are: the amplifier no longer answers at these settings. */
 void device_forget_locks(device_t *device);
 
-/** A command, repeated when its answer is lost. Not for `start`, which would restart the source. */
+/** A command, repeated when its answer is lost. Not for `start`, which would restart the source, nor for the save. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
+
+/** COMMAND_SAVE, each of which erases a sector of the flash and takes up to 1 s: not repeated if only its answer was
+ * lost. Whether the flash took it is in register `store_state`. *refused: the amplifier did not take the command, as
+ * where its output is not yet at rest. */
+bool device_save(device_t *device, bool *refused, failure_t *failure);
 
 /** Fails, with what to do, unless the amplifier is off; `what` it would store then. Waits for one that is on its way
  * there, as after a run. */

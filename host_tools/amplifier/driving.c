@@ -6,13 +6,17 @@
 #include "loop/telemetry.h"
 #include <math.h>
 
-/* The first failure remains the one that is reported. */
-static void park(device_t *device, int64_t timeout_before_ms, failure_t *failure) {
+/* As a good run ends: to park, and then off. The first failure remains the one that is reported, unless a restart of
+ * the amplifier is the cause; what parks it comes before that is looked at. */
+static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, failure_t *failure) {
     failure_t ignored;
-    const failure_t first = *failure;
+    failure_t first = *failure;
     const int part = (int)(sizeof first.text - 200);
-    if (device_command(device, COMMAND_PARK, &ignored)) {
+    if (device_command(device, COMMAND_DISARM, &ignored)) {
         (void)device_write(device, INDEX_watchdog, timeout_before_ms, &ignored);
+        if (!interrupted) {
+            device_blame_restart(device, &first);
+        }
         (void)fail(failure, "%.*s; the drive is stopped and parked", part, first.text);
     } else {
         (void)fail(
@@ -26,6 +30,7 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
     const volatile sig_atomic_t *stop = driving->stop != NULL ? driving->stop : stop_on_signal();
     int64_t before_ms = 0; /* 0: off */
     device_stop_when(device, stop);
+    device_note_start(device);
     if (!device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
         !device_read(device, INDEX_watchdog, &before_ms, failure) ||
         !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
@@ -41,7 +46,7 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
         good = fail(failure, "interrupted (%s)", stop_signal_name(*stop));
     }
     if (!good) {
-        park(device, before_ms, failure);
+        park(device, before_ms, *stop != 0, failure);
     }
     device_lock(device);
     return good;
@@ -49,21 +54,37 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
 
 /* A command takes effect with the next sample; an emulated amplifier may take its time for that. */
 #define HALT_S 5.0
+/* A ramp over the whole range takes a board at most 10 s (hyst/board_limits.h). */
+#define OFF_S  12.0
 #define POLL_S 0.05
 
+static bool is_halted(control_command_t command, const int64_t now[REGISTER_COUNT]) {
+    const int64_t state = now[INDEX_state];
+    switch (command) {
+    case COMMAND_DISARM: /* a fault has the stage disabled, and keeps it so */
+        return state == LOOP_PARKED &&
+               (now[INDEX_amplifier_state] == AMPLIFIER_OFF || now[INDEX_amplifier_state] == AMPLIFIER_FAULT);
+    case COMMAND_STOP: /* leads out of a fault */
+        return (state == LOOP_PARKED || state == LOOP_IDLE) && now[INDEX_amplifier_state] != AMPLIFIER_FAULT;
+    default:
+        return state == LOOP_PARKED;
+    }
+}
+
 bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure) {
+    const double patience_s = command == COMMAND_DISARM ? OFF_S : HALT_S;
     if (!device_command(device, command, failure)) {
         return false;
     }
-    for (const double until_s = monotonic_s() + HALT_S; monotonic_s() < until_s; sleep_until(monotonic_s() + POLL_S)) {
+    for (const double until_s = monotonic_s() + patience_s; monotonic_s() < until_s;
+         sleep_until(monotonic_s() + POLL_S)) {
         if (!device_read_telemetry(device, now, failure)) {
             return false;
         }
-        const int64_t state = now[INDEX_state];
-        if (state == LOOP_PARKED || (command == COMMAND_STOP && state == LOOP_IDLE)) {
+        if (is_halted(command, now)) {
             return true;
         }
     }
-    return fail(failure, "the amplifier has taken the command, but after %g s its loop is still %s", HALT_S,
-                state_name(now[INDEX_state]));
+    return fail(failure, "the amplifier has taken the command, but after %g s its loop is still %s, and it is %s",
+                patience_s, state_name(now[INDEX_state]), power_name(now[INDEX_amplifier_state]));
 }

@@ -2,9 +2,10 @@
 /**
  * Guards everything that is played, so that no error leaves the actuator driven.
  *
- * While it plays the amplifier is unlocked, SIGINT, SIGTERM and SIGHUP make the next request fail, and a failure of any
- * kind ends with the source stopped and the amplifier parked. Meanwhile the amplifier's communication timeout (register
- * `watchdog`) is armed, so that it parks by itself when this process is killed or the line is cut.
+ * While it plays the amplifier is unlocked, and SIGINT, SIGTERM and SIGHUP make the next request fail. A failure of any
+ * kind ends as a good run does: the source stopped, the drive on its way to park, and the amplifier off there.
+ * Meanwhile the amplifier's communication timeout (register `watchdog`) is armed, so that it parks by itself when this
+ * process is killed or the line is cut.
  */
 #ifndef DRIVING_H
 #define DRIVING_H
@@ -21,15 +22,16 @@ typedef struct {
 
 /**
  * Sets the communication timeout (device_communication_timeout_ms) and plays. After success the amplifier stays as it
- * is. Otherwise, or after a signal, stops and parks it, and appends that to *failure. Where it cannot even be unlocked,
+ * is. Otherwise, or after a signal, stops, parks and disarms it, and appends that to *failure; a restart of the
+ * amplifier in between is then the failure. Where it cannot even be unlocked,
  * nothing was driven and nothing is parked. In any case it is locked again, and the signals no longer end requests.
  * Returns whether all is well.
  */
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure);
 
 /**
- * COMMAND_STOP or COMMAND_PARK for an amplifier that was left driven. Waits until its loop no longer plays, or is
- * parked. now: the snapshot that shows it.
+ * COMMAND_STOP, COMMAND_PARK or COMMAND_DISARM for an amplifier that was left driven. Waits until its loop no longer
+ * plays, or is parked, or it is off. now: the snapshot that shows it.
  */
 bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure);
 

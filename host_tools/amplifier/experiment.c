@@ -2,6 +2,7 @@
 #include "amplifier/experiment.h"
 #include "amplifier/capture_reader.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sample_number.h"
 #include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
@@ -40,18 +41,23 @@ static bool watch_begin(watch_t *watch, device_t *device, failure_t *failure) {
     return device_read_telemetry(device, watch->now, failure);
 }
 
-static bool watch_next(watch_t *watch, failure_t *failure) {
+/* parks: parked is what it is to be. */
+static bool watch_on(watch_t *watch, bool parks, failure_t *failure) {
     const int64_t before = watch->now[INDEX_sequence];
     if (!device_read_telemetry(watch->device, watch->now, failure)) {
         return false;
     }
     if (watch->now[INDEX_sequence] != before) {
         watch->progress_s = monotonic_s();
-        if (watch->now[INDEX_state] == LOOP_PARKED) {
+        const int64_t power = watch->now[INDEX_amplifier_state];
+        if (watch->now[INDEX_state] == LOOP_PARKED &&
+            (!parks || power == AMPLIFIER_FAULT || power == AMPLIFIER_OFF || power == AMPLIFIER_STOP)) {
             char faults[FAULTS_TEXT];
-            return fail(failure,
-                        "the amplifier has parked (faults: %s): somebody else, or its watchdog, stopped the run",
-                        faults_text(watch->now[INDEX_faults_sticky], faults));
+            (void)fail(failure,
+                       "the amplifier has parked (faults: %s): somebody else, or its watchdog, stopped the run",
+                       faults_text(watch->now[INDEX_faults_sticky], faults));
+            device_blame_restart(watch->device, failure);
+            return false;
         }
     } else if (monotonic_s() - watch->progress_s > STANDSTILL_S) {
         return fail(failure,
@@ -59,6 +65,10 @@ static bool watch_next(watch_t *watch, failure_t *failure) {
                     before);
     }
     return true;
+}
+
+static bool watch_next(watch_t *watch, failure_t *failure) {
+    return watch_on(watch, false, failure);
 }
 
 static int64_t full_scale(const hyst_parameters_t *image, hyst_mode_t mode, double level) {
@@ -75,24 +85,39 @@ typedef struct {
     char text[200];             /* what is played, for the recording */
 } run_t;
 
+/* The hold source goes on from what it held last, perhaps at the other end of the range, perhaps in other units: that
+ * way is made in park, where the drive does not follow it. */
+static bool lead_reference(device_t *device, int64_t start, failure_t *failure) {
+    watch_t watch;
+    bool ok = device_command(device, COMMAND_PARK, failure) && device_write(device, INDEX_setpoint, start, failure) &&
+              watch_begin(&watch, device, failure);
+    while (ok && !(watch.now[INDEX_state] == LOOP_PARKED && watch.now[INDEX_reference] == start)) {
+        sleep_until(monotonic_s() + POLL_S);
+        ok = watch_on(&watch, true, failure);
+    }
+    return ok;
+}
+
+/* In this order: a conditioning that begins forgets the setpoint, and in direct mode ends at park and goes there. */
+static bool enter_mode(device_t *device, const run_t *run, int64_t start, failure_t *failure) {
+    return device_arm(device, failure) && lead_reference(device, start, failure) &&
+           device_write(device, INDEX_mode, run->mode, failure) &&
+           (!run->condition || (device_command(device, COMMAND_CONDITION, failure) &&
+                                device_write(device, INDEX_setpoint, start, failure)));
+}
+
 /* Conditions the actuator if requested, and waits until the amplifier rests at the start. */
 static bool go_to_start(device_t *device, const hyst_parameters_t *image, const run_t *run, failure_t *failure) {
     const int64_t start = full_scale(image, run->mode, run->start);
-    if (!device_arm(device, failure) || !device_write(device, INDEX_mode, run->mode, failure) ||
-        (run->condition && !device_command(device, COMMAND_CONDITION, failure)) ||
-        /* In this order: a conditioning that begins forgets the setpoint, one that ends goes there. */
-        !device_write(device, INDEX_setpoint, start, failure)) {
-        return false;
-    }
     progress_t progress;
     progress_begin(&progress, run->condition ? "conditioning" : "going to the start");
     const int64_t window = (int64_t)(fmax(SETTLED_S, run->rest_s) * device_sample_rate_hz(device));
     watch_t watch;
-    bool ok = watch_begin(&watch, device, failure);
-    const int64_t first = watch.now[INDEX_sequence];
+    bool ok = enter_mode(device, run, start, failure) && watch_begin(&watch, device, failure);
+    const int64_t first = ok ? watch.now[INDEX_sequence] : 0;
     int64_t since = first;
-    int64_t drive = watch.now[INDEX_drive];
-    while (ok && (watch.now[INDEX_sequence] - since < window)) {
+    int64_t drive = ok ? watch.now[INDEX_drive] : 0;
+    while (ok && samples_between(since, watch.now[INDEX_sequence]) < window) {
         sleep_until(monotonic_s() + POLL_S);
         ok = watch_next(&watch, failure);
         const bool rests = watch.now[INDEX_state] == LOOP_IDLE && watch.now[INDEX_active_mode] == run->mode &&
@@ -104,7 +129,8 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
         }
         /* The sweep takes two to three seconds, or longer where a slew is slower; the time to reach the start after it
          * is not known. */
-        const double seconds = (double)(watch.now[INDEX_sequence] - first) / device_sample_rate_hz(device);
+        const double seconds =
+            (double)samples_between(first, watch.now[INDEX_sequence]) / device_sample_rate_hz(device);
         progress_update(&progress, seconds / (seconds + 1.0 + run->rest_s));
     }
     progress_end(&progress);
@@ -394,9 +420,9 @@ static void note_supply(device_t *device, recording_t *recording) {
 static bool play_and_read(device_t *device, const hyst_parameters_t *image, const run_t *run, recording_t *recording,
                           experiment_events_t *events, failure_t *failure) {
     capture_reader_t reader = capture_reader(device, (size_t)run->frames);
-    bool ok =
-        arm(device, run, failure) && play(device, &reader, events, failure) && capture_reader_rest(&reader, failure);
-    if (ok) {
+    bool ok = arm(device, run, failure) && play(device, &reader, events, failure) &&
+              capture_reader_rest(&reader, failure) && device_check_start(device, failure);
+    if (ok) { /* after a restart the rest of the capture reads as 0 */
         to_recording(device, image, run, reader.registers, recording);
         note_supply(device, recording);
         sampling_note(device, run->decimation, recording);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/model_guard.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sample_number.h"
 #include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"
@@ -34,16 +35,36 @@ static guard_error_t error_of(const guard_t *guard) {
                            .fast_um = micrometres(guard, (double)now[INDEX_model_error_fast])};
 }
 
+/* What no longer compensates has no error of its model, and would be watched without end. */
+static bool still_compensates(guard_t *guard, failure_t *failure) {
+    const int64_t mode = guard->now[INDEX_active_mode];
+    if (!guard->compensates || mode == HYST_MODE_COMPENSATE ||
+        guard->now[INDEX_amplifier_state] == AMPLIFIER_CONDITIONING) {
+        return true;
+    }
+    (void)fail(failure, "the amplifier no longer compensates: it is %s, in mode %s",
+               power_name(guard->now[INDEX_amplifier_state]), mode_name(mode));
+    device_blame_restart(guard->device, failure);
+    return false;
+}
+
 static bool look(guard_t *guard, failure_t *failure) {
+    const int64_t before = guard->now[INDEX_sequence];
     if (!device_read_span(guard->device, INDEX_sequence, INDEX_high_voltage, guard->now, failure)) {
         return false;
     }
+    const int64_t passed = samples_between(before, guard->now[INDEX_sequence]);
+    if (passed < 0 && guard->looked) {
+        return device_check_start(guard->device, failure);
+    }
+    guard->samples += guard->looked ? (double)passed : 0.0;
+    guard->looked = true;
     if (guard->now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
         char faults[FAULTS_TEXT];
         return fail(failure, "the amplifier tripped (faults: %s) and is parked",
                     faults_text(guard->now[INDEX_faults_sticky], faults));
     }
-    return true;
+    return still_compensates(guard, failure);
 }
 
 double guard_supply_v(const guard_t *guard) {
@@ -51,7 +72,7 @@ double guard_supply_v(const guard_t *guard) {
 }
 
 double guard_clock_s(const guard_t *guard) {
-    return (double)((uint32_t)guard->now[INDEX_sequence] - guard->begun) / device_sample_rate_hz(guard->device);
+    return guard->samples / device_sample_rate_hz(guard->device);
 }
 
 /* The worst of some whole blocks. */
@@ -129,6 +150,7 @@ static bool begin(guard_t *guard, bool again, guard_pause_t *pause, void *contex
                     s->limit_um, guard->usual.rms_um);
     }
     guard->limit_um = above ? s->limit_um : measured_um;
+    guard->compensates = true; /* there were blocks of its error */
     return arm_recorder(guard, failure) && set_limit(guard, failure);
 }
 
@@ -150,6 +172,7 @@ bool guard_settings_check(const guard_settings_t *s, failure_t *failure) {
 bool guard_begin(guard_t *guard, device_t *device, const hyst_parameters_t *image, const guard_settings_t *settings,
                  guard_pause_t *pause, void *context, failure_t *failure) {
     *guard = (guard_t){.device = device, .image = image, .settings = *settings};
+    device_note_start(device);
     int64_t words = 0;
     if (!device_read(device, INDEX_capture_words, &words, failure)) {
         return fail_in(failure, "does the firmware watch its model? An older one does not");

@@ -41,6 +41,9 @@ typedef struct {
     int64_t decimation;          /**< of the recorder */
     int64_t now[REGISTER_COUNT]; /**< the newest snapshot */
     uint32_t begun;              /**< the sample at which it began */
+    bool looked;                 /**< there is a snapshot */
+    double samples;              /**< of the loop since the guard began; their number wraps */
+    bool compensates;            /**< and did since the limit was set */
     double usual_supply_v;       /**< of the stage, when the limit was set; NAN: not measured */
     size_t ring;                 /**< frames that the recorder holds */
 } guard_t;

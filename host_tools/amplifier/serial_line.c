@@ -117,6 +117,11 @@ static bool may_go_on(serial_line_t *line, failure_t *failure) {
     return ok;
 }
 
+static void set_timeout(modbus_t *modbus, double seconds) {
+    const double whole_s = (double)(long)seconds;
+    (void)modbus_set_response_timeout(modbus, (uint32_t)whole_s, (uint32_t)((seconds - whole_s) * 1e6));
+}
+
 static int exchange(serial_line_t *line, const request_t *request) {
     if (request->write == NULL) {
         return modbus_read_registers(line->modbus, request->address, request->count, request->read);
@@ -135,9 +140,13 @@ line_outcome_t serial_line_request(serial_line_t *line, const request_t *request
         if (!may_go_on(line, failure)) {
             return LINE_INTERRUPTED;
         }
+        if (request->patience_s > line->timeout_s) {
+            set_timeout(line->modbus, request->patience_s);
+        }
         errno = 0;
         const int result = exchange(line, request);
         error = errno;
+        set_timeout(line->modbus, line->timeout_s);
         if (result == request->count) {
             if (attempt > 1) {
                 serial_line_settle(line);
@@ -177,9 +186,7 @@ bool serial_line_open(serial_line_t *line, const device_options_t *options, fail
     if (flock(modbus_get_socket(line->modbus), LOCK_EX | LOCK_NB) != 0) {
         return fail(failure, "%s is in use by another hyst: end that one first", options->port);
     }
-    const double whole_s = (double)(long)options->timeout_s;
-    (void)modbus_set_response_timeout(line->modbus, (uint32_t)whole_s,
-                                      (uint32_t)((options->timeout_s - whole_s) * 1e6));
+    set_timeout(line->modbus, options->timeout_s);
     (void)modbus_set_error_recovery(line->modbus, MODBUS_ERROR_RECOVERY_NONE);
     (void)modbus_flush(line->modbus);
     return true;

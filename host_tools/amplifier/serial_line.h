@@ -35,6 +35,7 @@ typedef struct {
     const uint16_t *write;
     int first_address; /**< with `read` as well as `write`: what is written before it is read, else unused */
     int first_count;
+    double patience_s; /**< for the answer, where the line's own timeout is shorter */
 } request_t;
 
 /** Only after NO_ANSWER, which is silence or damage, another way may be tried. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/stream_reader.h"
+#include "amplifier/sample_number.h"
 #include "base/monotonic_clock.h"
 #include <math.h>
 #include <string.h>
@@ -97,7 +98,7 @@ bool stream_measure(device_t *device, stream_pace_t *pace, failure_t *failure) {
     if (!device_read(device, INDEX_sequence, &last, failure)) {
         return false;
     }
-    pace->samples_per_s = (double)((uint32_t)last - (uint32_t)first) / (monotonic_s() - first_s);
+    pace->samples_per_s = (double)samples_between(first, last) / (monotonic_s() - first_s);
     return true;
 }
 

@@ -30,6 +30,8 @@ const char *stop_signal_name(int number) {
         return "SIGTERM";
     case SIGHUP:
         return "SIGHUP";
+    case STOP_BY_PROGRAM:
+        return "by the program";
     default:
         return "a signal";
     }

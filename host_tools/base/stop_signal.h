@@ -11,7 +11,10 @@
  */
 const volatile sig_atomic_t *stop_on_signal(void);
 
-/** "SIGINT", "SIGTERM", "SIGHUP"; "a signal" for others. */
+/** No signal's number: what a flag of the same kind has where the program itself ends the work. */
+enum { STOP_BY_PROGRAM = -1 };
+
+/** "SIGINT", "SIGTERM", "SIGHUP"; "by the program"; "a signal" for others. */
 const char *stop_signal_name(int number);
 
 /** The number of the signal that has come since; 0: none. */

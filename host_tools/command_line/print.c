@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_line/print.h"
+#include "amplifier/mode_names.h"
 #include "base/output_file.h"
+#include "loop/telemetry.h"
 #include <inttypes.h>
 #include <poll.h>
 #include <stdio.h>
@@ -82,6 +84,17 @@ static void print_event(int64_t samples, const char *what) {
 void experiment_print_events(const experiment_events_t *events) {
 #define COUNTER(name, address, note, text) print_event(events->name, note);
 #include "registers/registers.def"
+}
+
+void device_print_fault(device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored;
+    char faults[FAULTS_TEXT];
+    if (device_read_telemetry(device, now, &ignored) && now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
+        const int64_t cause = now[INDEX_trip_cause] > 0 ? INT64_C(1) << (now[INDEX_trip_cause] - 1) : 0;
+        (void)fprintf(stderr, "note: the amplifier had tripped (%s); this leads it out of that fault\n",
+                      faults_text(cause, faults));
+    }
 }
 
 void out_of_memory_print(size_t count, size_t size) {

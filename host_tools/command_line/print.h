@@ -37,6 +37,10 @@ bool reader_has_left(void);
 /** "note: ..." lines on stderr about events that a user should know of. */
 void experiment_print_events(const experiment_events_t *events);
 
+/** Before something that leads the amplifier out of a fault: one "note: ..." line on stderr of which it is, if any. A
+ * line that fails fails in the next request. */
+void device_print_fault(device_t *device);
+
 /** Ends the program with a line and STATUS_FAILED: the handler for on_out_of_memory. */
 void out_of_memory_print(size_t count, size_t size);
 

@@ -68,7 +68,9 @@ const command_t command_backup = {
     .summary = "Keep everything that is set in the amplifier",
     .details = "The parameter image in force and all registers that hold settings. `hyst restore` puts them back, into "
                "this\n"
-               "amplifier or another one. What moves (mode, setpoint) is not in it.",
+               "amplifier or another one. What moves (mode, setpoint) is not in it, nor what an amplifier never keeps: "
+               "locks, and\n"
+               "the communication timeout.",
     .run = run,
     .files = "BACKUP.json: image and settings, format hyst-backup-1.\n",
     .examples = "# Before anything is changed\n"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sample_number.h"
 #include "base/json_output.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
@@ -21,13 +22,12 @@ typedef struct {
     double drive_v, position_um;
 } line_t;
 
-static line_t line_of(const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image, uint32_t first,
-                      double sample_rate_hz) {
+static line_t line_of(const int64_t now[REGISTER_COUNT], const hyst_parameters_t *image, double time_s) {
     const hyst_q31_t reference = (hyst_q31_t)now[INDEX_reference];
     const int64_t mode = now[INDEX_active_mode];
     const bool direct = mode == HYST_MODE_DIRECT;
     return (line_t){.sequence = now[INDEX_sequence],
-                    .time_s = (double)((uint32_t)now[INDEX_sequence] - first) / sample_rate_hz, /* the number wraps */
+                    .time_s = time_s,
                     .mode = mode_name(mode),
                     .state = state_name(now[INDEX_state]),
                     .direct = direct,
@@ -73,7 +73,8 @@ static bool monitor(device_t *device, double interval_s, unsigned long count, bo
     int64_t model_id = image.model_id;
     const volatile sig_atomic_t *stop = stop_on_signal();
     const double start_s = monotonic_s();
-    uint32_t first = 0;
+    double samples = 0.0; /* since the first line */
+    int64_t last = 0;
     if (text_wanted(json)) {
         print_header();
     }
@@ -90,10 +91,13 @@ static bool monitor(device_t *device, double interval_s, unsigned long count, bo
             }
             model_id = active_id;
         }
-        if (i == 0) {
-            first = (uint32_t)now[INDEX_sequence];
+        const int64_t passed = i > 0 ? samples_between(last, now[INDEX_sequence]) : 0;
+        if (passed < 0) {
+            (void)fputs("note: the amplifier restarted; how long it was away is not in the time\n", stderr);
         }
-        const line_t line = line_of(now, &image, first, device_sample_rate_hz(device));
+        samples += passed > 0 ? (double)passed : 0.0;
+        last = now[INDEX_sequence];
+        const line_t line = line_of(now, &image, samples / device_sample_rate_hz(device));
         if (!show(&line, json, failure)) {
             return reader_has_left();
         }

@@ -52,6 +52,7 @@ static int record(device_t *device, void *context) {
     recording_t recording;
     failure_t failure;
     bool usage;
+    device_print_fault(device);
     if (!record_run(device, &settings->record, &listener, &recording, &usage, &failure)) {
         return usage ? usage_error(&command_record, "%s", failure.text) : failure_print(&failure);
     }

@@ -33,6 +33,9 @@ static bool restore(device_t *device, const settings_t *s, failure_t *failure) {
     }
     printf("%s: %zu settings%s, read back the same%s\n", shown_name(s->input), done.settings,
            done.image ? " and the image" : "", s->store ? "; stored for the next start" : "");
+    if (done.watchdog) {
+        printf("note: the communication timeout (watchdog) of it is left out: who drives sets it\n");
+    }
     if (done.not_there > 0) {
         printf("note: %zu settings of it are not in this amplifier's firmware\n", done.not_there);
     }
@@ -77,7 +80,9 @@ const command_t command_restore = {
     .summary = "Put back what `hyst backup` kept",
     .details = "Commits the image as `hyst push` does, writes the settings, and reads all of it back. Nothing moves. "
                "Settings that\n"
-               "this amplifier's firmware does not have are counted in a note.",
+               "this amplifier's firmware does not have are counted in a note, and so is the communication timeout of "
+               "an older\n"
+               "backup, which is left out.",
     .run = run,
     .files = "BACKUP.json: image and settings, format hyst-backup-1.\n",
     .examples = "# After an exchange of the board\n"

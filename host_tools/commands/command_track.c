@@ -109,6 +109,7 @@ static int track(device_t *device, void *context) {
         .frames = settings->frames,
         .take = take,
         .context = settings};
+    device_print_fault(device);
     if (!track_run(device, &options, &waveform, tracks, &usage, &failure)) {
         return usage ? usage_error(&command_track, "%s", failure.text) : failure_print(&failure);
     }

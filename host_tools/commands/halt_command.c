@@ -5,29 +5,65 @@
 #include "base/json_output.h"
 #include "command_line/device_options.h"
 #include "command_line/print.h"
+#include "loop/telemetry.h"
 #include <stdio.h>
 
 typedef struct {
     device_options_t line;
     const halt_command_t *halt;
+    bool off;
     bool json;
 } settings_t;
 
+/* Only what holds waits for requests: in park there is no communication timeout. */
+static bool holds(const int64_t now[REGISTER_COUNT]) {
+    return now[INDEX_state] == LOOP_IDLE;
+}
+
+/* What became of the drive. */
+static void print(const int64_t now[REGISTER_COUNT], const halt_command_t *halt, double parks_after_s) {
+    const int64_t power = now[INDEX_amplifier_state];
+    printf("%s; ", halt->sentence);
+    if (power == AMPLIFIER_OFF) {
+        printf("the amplifier is off");
+    } else if (power == AMPLIFIER_STOP || power == AMPLIFIER_FAULT) {
+        printf("the drive goes to rest, where the stage is off");
+    } else if (!holds(now)) {
+        printf("the drive goes to rest");
+    } else {
+        printf("the drive holds");
+    }
+    printf(", in mode %s", mode_name(now[INDEX_active_mode]));
+    if (parks_after_s > 0.0) {
+        printf("; it parks after %g s without a request", parks_after_s);
+    }
+    putchar('\n');
+}
+
 static bool halt(device_t *device, const settings_t *s, failure_t *failure) {
-    int64_t now[REGISTER_COUNT];
-    if (!driving_halt(device, s->halt->halt, now, failure)) {
+    int64_t now[REGISTER_COUNT], watchdog_ms = 0;
+    const halt_command_t *const command = s->halt;
+    if (command->halt == COMMAND_STOP) {
+        device_print_fault(device);
+    }
+    if (!driving_halt(device, s->off ? COMMAND_DISARM : command->halt, now, failure) ||
+        (holds(now) && !device_read(device, INDEX_watchdog, &watchdog_ms, failure))) {
         return false;
     }
-    const char *mode = mode_name(now[INDEX_active_mode]);
+    const double parks_after_s = (double)watchdog_ms / 1000.0;
     if (s->json) {
-        const bool good = json_print(json_pack("{s:s, s:s, s:s}", "format", s->halt->format, "mode", mode, "state",
-                                               state_name(now[INDEX_state])),
-                                     JSON_INDENT(2), failure);
+        json_t *object =
+            json_pack("{s:s, s:s, s:s, s:s}", "format", command->format, "mode", mode_name(now[INDEX_active_mode]),
+                      "state", state_name(now[INDEX_state]), "amplifier_state", power_name(now[INDEX_amplifier_state]));
+        if (parks_after_s > 0.0) {
+            json_object_set_new(object, "parks_after_s", json_real(parks_after_s));
+        }
+        const bool good = json_print(object, JSON_INDENT(2), failure);
         if (!good || !text_wanted(true)) {
             return good;
         }
     }
-    printf("%s, in mode %s\n", s->halt->sentence, mode);
+    print(now, command, parks_after_s);
     return true;
 }
 
@@ -41,7 +77,9 @@ int halt_command_run(const command_t *command, const halt_command_t *halt_comman
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         JSON_OPTION(&s.json),
+        {"--off", NULL, OPTION_FLAG, NULL, "and then switch the stage off; waits until it is", &s.off},
     };
+    const size_t count = sizeof options / sizeof options[0] - (halt_command->halt == COMMAND_PARK ? 0 : 1);
     const device_work_t job = {.settings = &s, .line = &s.line, .work = work};
-    return device_command_run(command, options, sizeof options / sizeof options[0], argc, argv, &job);
+    return device_command_run(command, options, count, argc, argv, &job);
 }

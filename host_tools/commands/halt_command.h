@@ -7,9 +7,9 @@
 #include "command_line/command_line.h"
 
 typedef struct {
-    control_command_t halt; /**< COMMAND_STOP or COMMAND_PARK (driving_halt) */
+    control_command_t halt; /**< COMMAND_STOP, or COMMAND_PARK, which has the option --off (driving_halt) */
     const char *format;     /**< of the JSON */
-    const char *sentence;   /**< what was done, without a full stop; the mode follows */
+    const char *sentence;   /**< what was done, without a full stop; what the drive does follows */
 } halt_command_t;
 
 /** Reads the options and does it. Returns the exit status. */

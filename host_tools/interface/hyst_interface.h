@@ -217,6 +217,8 @@ HYST_HOST unsigned char *hyst_host_device_pull(hyst_host_device_t *device, size_
 /** `hyst stop` and `hyst park`. Answers {"mode":, "state":}. */
 HYST_HOST char *hyst_host_device_stop(hyst_host_device_t *device);
 HYST_HOST char *hyst_host_device_park(hyst_host_device_t *device);
+/** The same, and off there, or in a fault, where the stage is disabled: as `hyst park --off`. Waits for it. */
+HYST_HOST char *hyst_host_device_off(hyst_host_device_t *device);
 /** Mode and state now, and what the last snapshot says: {"mode":, "state":, "sample":, "time_s":, "reference":,
  * "reference_unit": "V" or "um", "drive_v":, "position_um":}. sample: number of the loop's sample, which wraps at 2^32;
  * time_s: the same in s. */

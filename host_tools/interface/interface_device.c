@@ -22,7 +22,7 @@ struct hyst_host_device {
     provenance_note_t *note;
     bool known; /* the image in force, as of model_id */
     hyst_parameters_t image;
-    volatile sig_atomic_t stop;              /* the number of a signal, as the commands have it; 0: go on */
+    volatile sig_atomic_t stop;              /* STOP_BY_PROGRAM, in place of the commands' signal; 0: go on */
     hyst_host_recording_t *kept[TRACK_MOST]; /* complete, of the run that goes on or was last; NULL: none, or taken */
 };
 
@@ -71,7 +71,7 @@ void hyst_host_device_close(hyst_host_device_t *device) {
 }
 
 void hyst_host_device_cancel(hyst_host_device_t *device, int cancel) {
-    device->stop = cancel != 0 ? SIGINT : 0;
+    device->stop = cancel != 0 ? STOP_BY_PROGRAM : 0;
 }
 
 static hyst_host_recording_t *recorded(const hyst_host_device_t *device, const recording_t *recording) {
@@ -194,7 +194,8 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
     settings.no_condition = condition == 0;
     interface_listen(&device->stop);
     drop_kept(device);
-    const bool good = take_modes(mode, &settings) &&
+    const bool good = (frames >= 0 || fail(interface_failure(), "--frames %lld: 0 or more", (long long)frames)) &&
+                      take_modes(mode, &settings) &&
                       track_run(device->device, &settings, &waveform, track, &usage, interface_failure());
     json_decref(json);
     if (!good) {
@@ -235,6 +236,10 @@ char *hyst_host_device_stop(hyst_host_device_t *device) {
 
 char *hyst_host_device_park(hyst_host_device_t *device) {
     return halt(device, COMMAND_PARK);
+}
+
+char *hyst_host_device_off(hyst_host_device_t *device) {
+    return halt(device, COMMAND_DISARM);
 }
 
 char *hyst_host_device_now(hyst_host_device_t *device) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/interface_work.h"
 #include "base/progress.h"
+#include "base/stop_signal.h"
 #include "interface/hyst_interface.h"
 #include "numerics/blas.h"
 #include <pthread.h>
@@ -25,7 +26,7 @@ static void update(void *context, const char *what, double fraction) {
         return;
     }
     if (device_flag != NULL) {
-        *device_flag = SIGINT;
+        *device_flag = STOP_BY_PROGRAM;
     } else if (long_work) {
         progress_cancel(true);
     }

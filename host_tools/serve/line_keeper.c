@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "serve/line_keeper.h"
 #include "amplifier/amplifier_image.h"
+#include "amplifier/sample_number.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "loop/telemetry.h"
@@ -19,6 +20,8 @@
 #define STREAM_S         0.02
 #define STREAM_WORKING_S 0.06
 #define STREAM_IDLE_S    0.1
+/* Between looks whether it is still the same start, and the same image, as a snapshot does not say. */
+#define SAME_S 1.0
 /* Between attempts to open a line that is cut. */
 #define AGAIN_S 0.5
 
@@ -41,7 +44,7 @@ struct line_keeper {
     bool gave_way;    /* a stop or work has come while the stream was read */
     live_stream_t stream;
     int64_t now[REGISTER_COUNT]; /* the last snapshot */
-    double snapshot_due_s;
+    double snapshot_due_s, same_due_s;
     bool said_cut; /* that the line cannot be opened */
 };
 
@@ -187,6 +190,7 @@ static void open_line(line_keeper_t *keeper) {
     }
     live_stream_open(&keeper->stream, keeper->device);
     keeper->snapshot_due_s = 0.0;
+    keeper->same_due_s = monotonic_s() + SAME_S;
     say_line(keeper);
 }
 
@@ -215,7 +219,7 @@ static void do_work(line_keeper_t *keeper, const line_work_t *work) {
     device_take_turns(keeper->device, turn, keeper);
     const bool good = work->run(keeper, keeper->device, work->context, &failure);
     device_take_turns(keeper->device, NULL, NULL);
-    keeper->snapshot_due_s = 0.0;
+    keeper->snapshot_due_s = keeper->same_due_s = 0.0;
     pthread_mutex_lock(&keeper->lock);
     keeper->working = false;
     pthread_mutex_unlock(&keeper->lock);
@@ -236,14 +240,28 @@ static void wait(line_keeper_t *keeper, double seconds, bool wakes_for_stop) {
     pthread_mutex_unlock(&keeper->lock);
 }
 
+/* At once where the sample's number went back, or the line was cut meanwhile. */
+static bool still_the_same(line_keeper_t *keeper, int64_t sequence_before, failure_t *failure) {
+    int64_t model_id;
+    if (!keeper->said_cut && samples_between(sequence_before, keeper->now[INDEX_sequence]) >= 0 &&
+        monotonic_s() < keeper->same_due_s) {
+        return true;
+    }
+    keeper->same_due_s = monotonic_s() + SAME_S;
+    return device_check_start(keeper->device, failure) &&
+           device_read(keeper->device, INDEX_active_model_id, &model_id, failure) &&
+           (model_id == keeper->image.model_id || fail(failure, "another image is in force now"));
+}
+
 static void poll_line(line_keeper_t *keeper) {
     failure_t failure;
     const double now_s = monotonic_s();
     const bool due = now_s >= keeper->snapshot_due_s;
     const bool watched = streams(keeper);
     if (due) {
-        if (!take_snapshot(keeper, &failure)) {
-            close_line(keeper, failure.text);
+        const int64_t before = keeper->now[INDEX_sequence];
+        if (!take_snapshot(keeper, &failure) || !still_the_same(keeper, before, &failure)) {
+            close_line(keeper, failure.text); /* it is opened again, with what is in force */
             return;
         }
         if (keeper->said_cut) { /* during work, and it has come back */
@@ -258,12 +276,11 @@ static void poll_line(line_keeper_t *keeper) {
     wait(keeper, watched ? STREAM_S : SNAPSHOT_S, true);
 }
 
+/* Nothing looks after it any more: to park, and off there. What is off stays off. */
 static void leave(line_keeper_t *keeper) {
-    int64_t now[REGISTER_COUNT];
     failure_t ignored;
-    if (keeper->device != NULL && device_read_telemetry(keeper->device, now, &ignored) &&
-        now[INDEX_state] != LOOP_PARKED) {
-        (void)device_command(keeper->device, COMMAND_PARK, &ignored);
+    if (keeper->device != NULL) {
+        (void)device_command(keeper->device, COMMAND_DISARM, &ignored);
     }
     if (keeper->device != NULL) {
         live_stream_close(&keeper->stream);

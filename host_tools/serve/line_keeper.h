@@ -43,7 +43,7 @@ typedef struct {
  * outlive it. NULL on failure. */
 line_keeper_t *line_keeper_start(const device_options_t *options, const line_listener_t *listener, failure_t *failure);
 
-/** Interrupts work, parks an amplifier that is driven, closes the line. NULL is allowed. */
+/** Interrupts work, parks the amplifier and switches it off, closes the line. NULL is allowed. */
 void line_keeper_end(line_keeper_t *keeper);
 
 /** Any thread. False if other work runs or the line is cut; `ended` is not called then. */

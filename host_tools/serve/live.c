@@ -2,6 +2,7 @@
 #include "serve/live.h"
 #include "amplifier/amplifier_image.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/sample_number.h"
 #include "base/json_output.h"
 #include "compile/compile.h"
 #include "loop/telemetry.h"
@@ -61,10 +62,10 @@ static json_t *counters(const int64_t now[REGISTER_COUNT]) {
 }
 
 static double advance(live_clock_t *clock, uint32_t sequence) {
-    const uint32_t passed = clock->begun ? sequence - clock->last : 0;
+    const int64_t passed = clock->begun ? samples_between(clock->last, sequence) : 0;
     clock->begun = true;
     clock->last = sequence;
-    clock->samples += passed < UINT32_MAX / 2 ? passed : 0; /* else it has started anew */
+    clock->samples += passed > 0 ? (double)passed : 0.0; /* else it has started anew */
     return clock->samples;
 }
 
@@ -85,7 +86,7 @@ static json_t *values(const stream_block_t *block, size_t s, double (*unit)(cons
 
 json_t *live_stream(const live_clock_t *clock, const stream_block_t *block, bool follows,
                     const hyst_parameters_t *image, double sample_rate_hz) {
-    const double sample = clock->samples + (double)(int32_t)(block->sample - clock->last);
+    const double sample = clock->samples + (double)samples_between(clock->last, block->sample);
     return json_pack("{s:s, s:f, s:f, s:I, s:I, s:b, s:o, s:o, s:o}", "event", "stream", "t", sample / sample_rate_hz,
                      "step", block->decimation / sample_rate_hz, "first", (json_int_t)block->first, "lost",
                      (json_int_t)block->lost, "restarted", block->restarted, "drive",

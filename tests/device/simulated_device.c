@@ -4,6 +4,7 @@
 #include "base/monotonic_clock.h"
 #include "fake_board.h"
 #include "loop/loop.h"
+#include "loop/loop_memory.h"
 #include "modbus/modbus_server.h"
 #include "registers/control.h"
 #include "registers/registers.h"
@@ -77,9 +78,31 @@ static void sample(void) {
         }
         settled = true;
     }
+    if (line->sequence != 0) {
+        loop.telemetry.sequence = line->sequence - 1U;
+        line->sequence = 0;
+    }
     const uint16_t position_code = (uint16_t)(actuate(on_the_way[0]) + line->position_offset);
     memmove(on_the_way, on_the_way + 1, sizeof on_the_way - sizeof on_the_way[0]);
-    on_the_way[FAKE_LATENCY - 1] = fake_board_sample((hyst_q31_t)((uint32_t)(position_code ^ BOARD_CODE_MIDDLE) << 16));
+    const uint16_t drive = fake_board_sample((hyst_q31_t)((uint32_t)(position_code ^ BOARD_CODE_MIDDLE) << 16));
+    on_the_way[FAKE_LATENCY - 1] = drive;
+    line->lowest = drive < line->lowest ? drive : line->lowest;
+    line->highest = drive > line->highest ? drive : line->highest;
+}
+
+/* As a reset, which a master may notice only by what is gone. */
+static void restart_when_due(const uint8_t *request) {
+    static uint16_t starts = 1;
+    const int address = request[2] << 8 | request[3];
+    const bool counts = !line->restart_at_capture ||
+                        (request[1] != 16 && address >= ADDRESS_capture && address < ADDRESS_capture + LENGTH_capture);
+    if (line->restart_after == 0 || !counts || --line->restart_after > 0) {
+        return;
+    }
+    starts = line->supply_goes ? 1 : starts + 1;
+    const board_start_t start = {
+        .reset_cause = line->supply_goes ? RESET_POWER : RESET_WATCHDOG, .starts = starts, .serial = FAKE_SERIAL};
+    fake_board_start_locked(&start);
 }
 
 static void run_loop(double *done_s) {
@@ -144,6 +167,7 @@ static void answer(int file, const uint8_t *request, size_t length) {
         line->lost++;
         return;
     }
+    restart_when_due(request);
     if (fault == LINE_BUSY) {
         reply[0] = request[0];
         reply[1] = request[1] | 0x80U;
@@ -158,6 +182,9 @@ static void answer(int file, const uint8_t *request, size_t length) {
     loop_set_timeout(0); /* time runs too fast here for one, and stops and goes with this machine's load */
     if (is_command(request, COMMAND_START)) {
         line->starts++;
+    }
+    if (is_command(request, COMMAND_SAVE)) {
+        line->saves++;
     }
     if (line->park_after > 0 && --line->park_after == 0) {
         loop_set_mode(HYST_MODE_PARK);

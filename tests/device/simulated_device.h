@@ -39,13 +39,19 @@ typedef struct {
     /** 0: the loop runs by the clock; else it makes so many samples while a request and its answer are on the line, and
      * none otherwise: then nothing depends on how busy this machine is. */
     volatile int samples_per_request;
-    volatile int position_offset;   /**< of the sensor, in codes: 0, or it has moved */
-    volatile unsigned park_after;   /**< requests until somebody parks the amplifier; 0: nobody does */
-    volatile unsigned lost_disarms; /**< so many commands `disarm` are lost, as by LINE_LOSES_REQUEST */
+    volatile int position_offset;     /**< of the sensor, in codes: 0, or it has moved */
+    volatile unsigned park_after;     /**< requests until somebody parks the amplifier; 0: nobody does */
+    volatile unsigned lost_disarms;   /**< so many commands `disarm` are lost, as by LINE_LOSES_REQUEST */
+    volatile unsigned restart_after;  /**< requests until it restarts by itself, without an image; 0: it does not */
+    volatile bool supply_goes;        /**< and then because the supply was gone: it counts its starts from 1 again */
+    volatile bool restart_at_capture; /**< restart_after counts the requests that read the capture */
+    volatile uint32_t sequence;       /**< the number of the loop's next sample, once; 0: as it counts */
 
-    volatile unsigned requests; /**< that arrived */
-    volatile unsigned lost;     /**< of these, by LINE_LOSES_REQUEST */
-    volatile unsigned starts;   /**< commands `start` that were executed */
+    volatile unsigned requests;   /**< that arrived */
+    volatile unsigned lost;       /**< of these, by LINE_LOSES_REQUEST */
+    volatile unsigned starts;     /**< commands `start` that were executed */
+    volatile unsigned saves;      /**< commands that store the image */
+    volatile int lowest, highest; /**< codes of the drive, since the test set them to 65535 and 0 */
 } line_control_t;
 
 /** Starts the device, with a copy of this twin for its actuator, or NULL. Returns its port. */

@@ -179,16 +179,16 @@ static void expect_refused(json_t *backup, const char *name, int64_t value, cons
 
 static void test_what_fits_into_no_register_changes_nothing(void) {
     must(amplifier_image_write(device, &image, &failure));
-    must(device_write(device, INDEX_watchdog, 500, &failure));
+    must(device_write(device, INDEX_capture_decimation, 500, &failure));
     must(device_write(device, INDEX_setpoint_slew, 12345, &failure));
     set_limits(INDEX_reference_low, 0, INT32_MAX);
     json_t *backup = backup_read(device, &failure);
     image.model_id = 8;
     must(amplifier_image_write(device, &image, &failure));
     must(device_write(device, INDEX_setpoint_slew, 54321, &failure));
-    expect_refused(backup, "watchdog", 65536,
-                   "kept.json: settings: watchdog is 65536, and the register takes 0 to 65535");
-    expect_refused(backup, "watchdog", -1, "kept.json: settings: watchdog is -1, ");
+    expect_refused(backup, "capture_decimation", 65536,
+                   "kept.json: settings: capture_decimation is 65536, and the register takes 0 to 65535");
+    expect_refused(backup, "capture_decimation", -1, "kept.json: settings: capture_decimation is -1, ");
     expect_refused(backup, "source_increment", 4294967296, "source_increment is 4294967296, ");
     expect_refused(backup, "drive_high", 2147483648,
                    "drive_high is 2147483648, and the register takes -2147483648 to 2147483647");
@@ -196,10 +196,10 @@ static void test_what_fits_into_no_register_changes_nothing(void) {
     expect_refused(backup, "drive_high", -1, "do not hold drive_park of the image, 0");
     TEST_ASSERT_EQUAL_INT64(8, value_of(INDEX_active_model_id));
     TEST_ASSERT_EQUAL_INT64(54321, value_of(INDEX_setpoint_slew));
-    TEST_ASSERT_EQUAL_INT64(500, value_of(INDEX_watchdog));
-    TEST_ASSERT_FALSE(device_write(device, INDEX_watchdog, 65536, &failure));
-    TEST_ASSERT_EQUAL_STRING("register watchdog takes 0 to 65535, not 65536", failure.text);
-    TEST_ASSERT_EQUAL_INT64(500, value_of(INDEX_watchdog));
+    TEST_ASSERT_EQUAL_INT64(500, value_of(INDEX_capture_decimation));
+    TEST_ASSERT_FALSE(device_write(device, INDEX_capture_decimation, 65536, &failure));
+    TEST_ASSERT_EQUAL_STRING("register capture_decimation takes 0 to 65535, not 65536", failure.text);
+    TEST_ASSERT_EQUAL_INT64(500, value_of(INDEX_capture_decimation));
     json_decref(backup);
 }
 
@@ -306,6 +306,51 @@ static void test_a_table_is_read_back_and_plays_on(void) {
     TEST_ASSERT_INT_WITHIN(2, (int)(0.4 * 32768.0), (int16_t)held[2]);
 }
 
+/* Each save erases a sector: one whose answer was lost, or came late, is not made again. */
+static void test_a_save_is_not_repeated_for_its_answer(void) {
+    static const line_fault_t faults[] = {LINE_LOSES_ANSWER, LINE_DELAYS, LINE_LOSES_REQUEST};
+    must(amplifier_image_write(device, &image, &failure) && device_command(device, COMMAND_DISARM, &failure) &&
+         device_expect_off(device, "it", &failure));
+    simulated_device_line()->delay_ms = 800; /* where the line waits 0.5 s */
+    for (unsigned i = 0; i < 3; i++) {
+        simulated_device_line()->saves = 0;
+        simulated_device_fault(faults[i], 3, 1); /* after the state, the key and the store's registers */
+        must(amplifier_image_store(device, &failure));
+        TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->times);
+        TEST_ASSERT_EQUAL_UINT(1, simulated_device_line()->saves);
+        TEST_ASSERT_EQUAL_INT64(i + 1, value_of(INDEX_store_sequence));
+    }
+}
+
+/* An older file has the communication timeout, which a start has anew. */
+static void test_the_communication_timeout_is_left_out(void) {
+    backup_done_t done;
+    must(amplifier_image_write(device, &image, &failure) && device_write(device, INDEX_watchdog, 0, &failure));
+    json_t *backup = backup_read(device, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(backup, failure.text);
+    TEST_ASSERT_NULL(json_object_get(json_object_get(backup, "settings"), "watchdog"));
+    json_object_set_new(json_object_get(backup, "settings"), "watchdog", json_integer(60000));
+    must(backup_write(device, backup, "backup", &done, &failure));
+    TEST_ASSERT_TRUE(done.watchdog);
+    TEST_ASSERT_EQUAL_UINT(0, done.not_there);
+    TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_watchdog));
+    json_decref(backup);
+}
+
+/* The amplifier alone knows its ranges: what it has taken until then is in the line. */
+static void test_a_setting_that_is_refused_says_what_is_in_force(void) {
+    backup_done_t done;
+    must(amplifier_image_write(device, &image, &failure));
+    json_t *backup = backup_read(device, &failure);
+    json_object_set_new(json_object_get(backup, "settings"), "health_looks", json_integer(200));
+    TEST_ASSERT_FALSE(backup_write(device, backup, "backup", &done, &failure));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "backup: the image and "), failure.text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, " settings of it are in force, and nothing is stored: "),
+                                 failure.text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(failure.text, "refuses writing 200 to register health_looks"), failure.text);
+    json_decref(backup);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_backup_makes_another_amplifier_the_same);
@@ -316,6 +361,9 @@ int main(void) {
     RUN_TEST(test_what_fits_into_no_register_changes_nothing);
     RUN_TEST(test_differences_are_in_units);
     RUN_TEST(test_an_image_is_stored_once_the_amplifier_is_off);
+    RUN_TEST(test_a_save_is_not_repeated_for_its_answer);
+    RUN_TEST(test_the_communication_timeout_is_left_out);
+    RUN_TEST(test_a_setting_that_is_refused_says_what_is_in_force);
     RUN_TEST(test_what_is_on_its_way_off_is_waited_for);
     RUN_TEST(test_a_run_that_ends_early_no_longer_watches_for_the_stop);
     RUN_TEST(test_a_table_is_read_back_and_plays_on);

@@ -29,10 +29,19 @@ void tearDown(void) {
 #define RECORD "record", "--waveform", "triangle", "--frequency", "0.01", "--cycles", "4"
 #define TRACK  "track", "--waveform", "sine", "--frequency", "1", "--cycles", "2000", "--both"
 
-/* Parked, and not because of the communication timeout, which is off again. */
+static void expect_goes_off(void) {
+    const double until_s = monotonic_s() + PATIENCE_S;
+    while (value_of(INDEX_amplifier_state) == AMPLIFIER_STOP && monotonic_s() < until_s) {
+        sleep_until(monotonic_s() + 0.01);
+    }
+    TEST_ASSERT_EQUAL_INT64(AMPLIFIER_OFF, value_of(INDEX_amplifier_state));
+}
+
+/* Parked and off, and not because of the communication timeout, which is off again. */
 static void expect_parked_by_command(void) {
     take_line();
     TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state));
+    expect_goes_off();
     TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_faults_sticky));
     TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_watchdog));
     leave_line();
@@ -199,7 +208,9 @@ static void test_an_amplifier_without_parameters_is_not_driven(void) {
         expect_error("`hyst push`");
     }
     TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->starts);
-    expect_parked_by_command(); /* as it was at power-on */
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, value_of(INDEX_state)); /* as it was at power-on */
+    leave_line();
     start(taken);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
 }
@@ -328,6 +339,101 @@ static void test_stop_holds_and_park_parks(void) {
     leave_line();
 }
 
+/* What a command writes to its standard output; `said` holds it. */
+static char said[1000];
+
+static void run_and_read(const char *const command[]) {
+    (void)remove("said.txt");
+    FILE *file = fopen("said.txt", "w");
+    (void)fclose(file);
+    standard_output = "said.txt";
+    start(command);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    standard_output = "/dev/null";
+    file = fopen("said.txt", "r");
+    said[fread(said, 1, sizeof said - 1, file)] = '\0';
+    (void)fclose(file);
+}
+
+static void test_park_switches_off_when_it_is_to(void) {
+    static const char *const park[] = {"park", NULL};
+    static const char *const off[] = {"park", "--off", NULL};
+    take_line();
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    leave_line();
+    run_and_read(park);
+    TEST_ASSERT_EQUAL_STRING("stopped; the drive goes to rest, in mode park\n", said);
+    run_and_read(off);
+    TEST_ASSERT_EQUAL_STRING("stopped; the amplifier is off, in mode park\n", said);
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(AMPLIFIER_OFF, value_of(INDEX_amplifier_state));
+    leave_line();
+}
+
+/* On, it parks when the timeout passes; after that trip the command leads out of the fault, to off. */
+static void test_stop_says_what_the_drive_does(void) {
+    static const char *const stop[] = {"stop", NULL};
+    take_line();
+    must(device_write(device, INDEX_watchdog, 400, &failure) &&
+         device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    leave_line();
+    run_and_read(stop);
+    TEST_ASSERT_EQUAL_STRING(
+        "nothing plays now; the drive holds, in mode direct; it parks after 0.4 s without a request\n", said);
+    sleep_until(monotonic_s() + 0.8);
+    run_and_read(stop);
+    expect_error("note: the amplifier had tripped (communication timeout); this leads it out of that fault");
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "nothing plays now; the "), said);
+    TEST_ASSERT_NULL_MESSAGE(strstr(said, "holds"), said);
+}
+
+static void test_a_run_after_a_trip_says_which(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/null", NULL};
+    take_line();
+    must(device_write(device, INDEX_watchdog, 100, &failure) &&
+         device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    sleep_until(monotonic_s() + 0.3);
+    leave_line();
+    start(record);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    expect_error("note: the amplifier had tripped (communication timeout); this leads it out of that fault");
+    start(record);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    TEST_ASSERT_EQUAL_STRING("", errors);
+}
+
+/* And not the wrap of the sample's number, 0.3 s after it begins. */
+static void test_monitor_notes_a_restart(void) {
+    static const char *const monitor[] = {"monitor", "--interval", "0.05", "--count", "20", NULL};
+    simulated_device_line()->sequence = (uint32_t)0 - 30000U;
+    take_line();
+    leave_line();
+    start(monitor);
+    sleep_until(monotonic_s() + 0.6);
+    simulated_device_line()->restart_after = 1;
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    expect_error("note: the amplifier restarted; how long it was away is not in the time");
+}
+
+/* The older file stays, and the line says why. */
+static void test_a_restart_leaves_no_recording(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "restarted.csv", NULL};
+    char content[10] = "";
+    FILE *file = fopen("restarted.csv", "w");
+    (void)fputs("older", file);
+    (void)fclose(file);
+    simulated_device_line()->restart_at_capture = true;
+    simulated_device_line()->restart_after = 20;
+    start(record);
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error("hyst: the amplifier restarted: what was set in it and not stored is gone");
+    file = fopen("restarted.csv", "r");
+    content[fread(content, 1, sizeof content - 1, file)] = '\0';
+    (void)fclose(file);
+    TEST_ASSERT_EQUAL_STRING("older", content);
+}
+
 /* Where the loop stands still nothing can take effect, and neither command says that it did. */
 static void test_a_loop_that_stands_is_not_called_parked(void) {
     static const char *const park[] = {"park", NULL};
@@ -358,6 +464,11 @@ int main(void) {
     RUN_TEST(test_a_standard_stream_is_called_so);
     RUN_TEST(test_a_play_that_cannot_be_told_of_says_that_it_goes_on);
     RUN_TEST(test_stop_holds_and_park_parks);
+    RUN_TEST(test_park_switches_off_when_it_is_to);
+    RUN_TEST(test_stop_says_what_the_drive_does);
+    RUN_TEST(test_a_run_after_a_trip_says_which);
+    RUN_TEST(test_monitor_notes_a_restart);
+    RUN_TEST(test_a_restart_leaves_no_recording);
     RUN_TEST(test_a_loop_that_stands_is_not_called_parked);
     return UNITY_END();
 }

@@ -284,9 +284,89 @@ static void test_a_loop_that_stands_still_is_noticed(void) {
 static void test_an_amplifier_that_somebody_parks_ends_the_run(void) {
     upload();
     const experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
-    simulated_device_line()->park_after = 8; /* while it conditions */
+    simulated_device_line()->park_after = 19; /* while it conditions */
     TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
     expect_line("the amplifier has parked (faults: none)");
+}
+
+static int code_of(double volts) {
+    return (int)lround((volts - 10.0) / 80.0 * 65536.0);
+}
+
+/* Whatever the hold source held before: it counts as a position in one mode and as a drive in the other. */
+static void test_the_drive_stays_between_park_and_what_was_asked_for(void) {
+    static const hyst_mode_t modes[] = {HYST_MODE_DIRECT, HYST_MODE_COMPENSATE};
+    line_control_t *line = simulated_device_line();
+    parameters.drive_park = (hyst_q31_t)(-0.9 * 0x1p31); /* 14 V, where the position is -26 um */
+    upload();
+    for (size_t i = 0; i < 2; i++) {
+        experiment_t experiment =
+            experiment_of(modes[i], WAVEFORM_SINE, 2.0, modes[i] == HYST_MODE_DIRECT ? 18.0 : -22.0);
+        experiment.condition = false;
+        TEST_ASSERT_TRUE_MESSAGE(device_arm(device, &failure), failure.text);
+        TEST_ASSERT_TRUE(device_write(device, INDEX_mode, HYST_MODE_LINEAR, &failure) &&
+                         device_write(device, INDEX_setpoint, HYST_Q31_MAX / 2, &failure));
+        int64_t reference = 0;
+        while (reference != HYST_Q31_MAX / 2) {
+            TEST_ASSERT_TRUE_MESSAGE(device_read(device, INDEX_reference, &reference, &failure), failure.text);
+        }
+        TEST_ASSERT_TRUE_MESSAGE(device_command(device, COMMAND_DISARM, &failure) &&
+                                     device_expect_off(device, "it", &failure),
+                                 failure.text);
+        line->lowest = 65535;
+        line->highest = 0;
+        TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+        TEST_ASSERT_INT_WITHIN(20, code_of(14.0), line->lowest);
+        TEST_ASSERT_INT_WITHIN(20, code_of(20.0), line->highest);
+        recording_free(&r);
+    }
+}
+
+/* The sample's number wraps while it goes to the start, and while it plays. */
+static void test_a_run_goes_on_when_the_sample_number_wraps(void) {
+    upload();
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    experiment.condition = false;
+    for (uint32_t left = 20000; left <= 60000; left += 10000) { /* a run is some 50000 samples here */
+        simulated_device_line()->sequence = (uint32_t)(0 - left);
+        int64_t now;
+        TEST_ASSERT_TRUE_MESSAGE(device_read(device, INDEX_sequence, &now, &failure), failure.text);
+        device_note_start(device);
+        TEST_ASSERT_TRUE_MESSAGE(experiment_run(device, &parameters, &experiment, &r, &events, &failure), failure.text);
+        TEST_ASSERT_EQUAL_UINT(7500, r.samples);
+        recording_free(&r);
+    }
+}
+
+/* The line answers on, and the capture reads as 0 from there. */
+static void test_a_restart_while_the_capture_is_read_is_no_recording(void) {
+    line_control_t *line = simulated_device_line();
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    for (int supply = 0; supply < 2; supply++) {
+        upload();
+        device_note_start(device);
+        line->supply_goes = supply != 0;
+        line->restart_at_capture = true;
+        line->restart_after = 80; /* of some 180 */
+        TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
+        TEST_ASSERT_EQUAL_UINT(0, line->restart_after);
+        TEST_ASSERT_EQUAL_STRING("the amplifier restarted: what was set in it and not stored is gone", failure.text);
+        TEST_ASSERT_EQUAL_UINT(0, r.samples);
+    }
+}
+
+/* At each request of a run, the failure is the restart, and not what the amplifier refuses after it. */
+static void test_a_restart_at_any_time_is_called_so(void) {
+    line_control_t *line = simulated_device_line();
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    experiment.condition = false;
+    for (unsigned after = 1; after <= 40; after += 3) {
+        upload();
+        device_note_start(device);
+        line->restart_after = after;
+        TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
+        expect_line("the amplifier restarted: what was set in it and not stored is gone");
+    }
 }
 
 /* What an amplifier says of itself is no reason to write behind the frames that there is room for. */
@@ -315,6 +395,10 @@ int main(void) {
     RUN_TEST(test_events_are_counted);
     RUN_TEST(test_a_loop_that_stands_still_is_noticed);
     RUN_TEST(test_an_amplifier_that_somebody_parks_ends_the_run);
+    RUN_TEST(test_the_drive_stays_between_park_and_what_was_asked_for);
+    RUN_TEST(test_a_run_goes_on_when_the_sample_number_wraps);
+    RUN_TEST(test_a_restart_while_the_capture_is_read_is_no_recording);
+    RUN_TEST(test_a_restart_at_any_time_is_called_so);
     RUN_TEST(test_more_frames_than_there_are_to_be_are_refused);
     return UNITY_END();
 }

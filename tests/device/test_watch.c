@@ -130,10 +130,35 @@ static void test_a_watch_that_is_killed_leaves_no_lock(void) {
     take_line();
 }
 
+static void ends_with(volatile unsigned *cause, const char *line) {
+    static const char *const watch[] = {"watch",   "--model", "watched.json", "--report",
+                                        "watched", "--for",   "1000",         NULL};
+    play_what_is_watched();
+    start(watch);
+    sleep_until(monotonic_s() + 3.0);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended");
+    *cause = 3; /* requests later */
+    const int status = end();
+    TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+    expect_error(line);
+}
+
+/* There is nothing to watch any more. */
+static void test_a_watch_ends_when_the_amplifier_restarts(void) {
+    ends_with(&simulated_device_line()->restart_after, "hyst: the amplifier restarted: ");
+}
+
+static void test_a_watch_ends_when_the_amplifier_no_longer_compensates(void) {
+    ends_with(&simulated_device_line()->park_after,
+              "hyst: the amplifier no longer compensates: it is on, in mode park");
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_watch_whose_folder_is_gone_goes_on);
     RUN_TEST(test_a_watch_that_is_interrupted_frees_the_line_before_its_page_is_written);
     RUN_TEST(test_a_watch_that_is_killed_leaves_no_lock);
+    RUN_TEST(test_a_watch_ends_when_the_amplifier_restarts);
+    RUN_TEST(test_a_watch_ends_when_the_amplifier_no_longer_compensates);
     return UNITY_END();
 }

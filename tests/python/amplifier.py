@@ -255,6 +255,20 @@ class AtTheAmplifier(unittest.TestCase):
                     amplifier.record("sine", **options)
             with self.assertRaisesRegex(hyst.Error, "^[^;]*fewer than two samples$"):
                 amplifier.track("sine", frames=1)
+            with self.assertRaisesRegex(hyst.Error, "^--frames -1: 0 or more$"):
+                amplifier.track("sine", frames=-1)
+
+    def test_a_progress_function_ends_a_run_and_no_signal_did(self):
+        with self.amplifier() as amplifier:
+            with self.assertRaisesRegex(hyst.Cancelled, r"^interrupted \(by the program\); the drive is stopped and parked$"):
+                amplifier.record("sine", frequency=1, cycles=400, condition=False, progress=lambda *_: False, **RANGES)
+
+    def test_the_end_of_the_block_switches_off(self):
+        self.play()
+        with self.amplifier():
+            pass
+        with self.amplifier() as amplifier:
+            self.assertEqual(amplifier.info()["now"]["amplifier_state"], "off")
 
     def test_ranges_that_go_down_are_refused(self):
         with self.amplifier() as amplifier:

@@ -379,6 +379,18 @@ static void test_the_end_parks_what_is_driven(void) {
     TEST_ASSERT_EQUAL_INT64(LOOP_PARKED, now[INDEX_state]);
 }
 
+/* What it had in force may be gone: the line comes anew, with what is in force. */
+static void test_a_restart_is_told_of(void) {
+    for (int supply = 0; supply < 2; supply++) {
+        const int lines = atomic_load(&heard.lines);
+        simulated_device_line()->supply_goes = supply != 0;
+        simulated_device_line()->restart_after = 4;
+        wait_for(&heard.lines, lines + 1, "the restart goes unnoticed");
+        TEST_ASSERT_EQUAL_INT(supply + 1, atomic_load(&heard.cuts));
+        TEST_ASSERT_EQUAL_STRING("the amplifier restarted: what was set in it and not stored is gone", heard.why);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_snapshots_come_by_themselves);
@@ -394,6 +406,7 @@ int main(void) {
     RUN_TEST(test_a_stop_right_after_work_was_given_stops_it);
     RUN_TEST(test_a_line_that_is_unplugged_comes_back);
     RUN_TEST(test_a_stop_during_a_cut_is_the_first_thing_after_it);
+    RUN_TEST(test_a_restart_is_told_of);
     RUN_TEST(test_the_end_parks_what_is_driven);
     return UNITY_END();
 }

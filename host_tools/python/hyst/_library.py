@@ -86,6 +86,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "device_pull": (c_void_p, [c_void_p, POINTER(c_size_t)]),
     "device_stop": (c_void_p, [c_void_p]),
     "device_park": (c_void_p, [c_void_p]),
+    "device_off": (c_void_p, [c_void_p]),
     "device_now": (c_void_p, [c_void_p]),
     "device_watch": (c_void_p, [c_void_p, c_char_p, POINTER(c_void_p)]),
     "device_info": (c_void_p, [c_void_p]),

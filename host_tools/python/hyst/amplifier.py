@@ -66,12 +66,12 @@ class ModelWarning:
 
 
 class Amplifier(Held):
-    """The amplifier at a serial port. Use it with `with`: however that ends, the drive is stopped and parked.
+    """The amplifier at a serial port. Use it with `with`: however that ends, the drive is stopped and parked, and the amplifier off.
 
         with hyst.Amplifier("/dev/ttyUSB0") as amplifier:
             recording = amplifier.record(waveform="triangle", cycles=6)
 
-    Ctrl-C and exceptions end a run within a few requests, and park. So do stop(), park(), close() and cancel() in
+    Ctrl-C and exceptions end a run within a few requests, park, and switch the stage off. So do stop(), park(), close() and cancel() in
     another thread: the run raises Cancelled. When the process is killed the amplifier parks by itself: while something
     plays, its communication timeout is armed. A recording that was complete before its run failed, as where the amplifier
     could not be disarmed, is in `recordings` of the Error.
@@ -100,7 +100,7 @@ class Amplifier(Held):
                  trace: TracebackType | None) -> None:
         try:
             if self._handle is not None:
-                self.park()
+                self._halt(lib.device_off)
         except Error as failure:
             if value is None:
                 raise
