@@ -256,8 +256,10 @@ static bool found_short_lag(const answer_t *answer, double sample_rate_hz) {
 static bool find_beside_held(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
     bool any = false, line;
-    if (!(faults_some_suspected(&run->faults) ? find_beside_suspected : find_and_account)(given, recordings, count, run,
-                                                                                          failure)) {
+    const bool found = faults_some_suspected(&run->faults)
+                           ? find_beside_suspected(given, recordings, count, run, failure)
+                           : find_and_account(given, recordings, count, run, failure);
+    if (!found) {
         return false;
     }
     for (size_t i = 0; i < run->looked_at; i++) {

@@ -209,7 +209,7 @@ bool excerpt_text(const recording_t *recording, char text[EXCERPT_LINE]) {
         quantity_time(time[end], recording_time(recording, sample), 1.0 / recording->sample_rate_hz);
     }
     snprintf(text, EXCERPT_LINE,
-             "%zu of %zu samples, from t = %s to %s s%s. What takes longer, or happens outside, is not seen.",
+             "%zu of %zu samples, from t = %.30s to %.30s s%s. What takes longer, or happens outside, is not seen.",
              recording->samples * of, recording->whole->samples, time[0], time[1], means);
     return true;
 }
