@@ -13,11 +13,10 @@ const command_t command_park = {
     .order = 116,
     .arguments = "--port DEV",
     .summary = "Stop what the amplifier plays, and take the drive to rest",
-    .details = "The drive goes to the park level of the image in force, as slowly as that says, and "
+    .details = "The drive goes to the park level of the image in force, as slowly as that says, and\n"
                "stays there until a mode is set. The stage stays on, unless --off is given.\n"
-               "A port that another hyst has open is not free: end that one, as `record` and `track` "
-               "park the amplifier themselves\n"
-               "when they are ended.",
+               "A port that another hyst has open is not free: end that one, as `record` and `track`\n"
+               "park the amplifier themselves when they are ended.",
     .run = run,
     .examples = "# Take the drive to rest\n"
                 "hyst park --port /dev/ttyUSB0\n"
