@@ -55,19 +55,19 @@ static void step(void *memory, signal_t *signal) {
     signal->value += state->gain_per_sample * grown * (signal->value - state->center_um);
 }
 
-/* An actuator's gain leaves the position at 0 V where it is, a sensor's its own zero. */
 static bool probe(const probe_setting_t *setting, size_t index, double *value) {
-    const double drive_v = setting->drive_high_v - setting->drive_low_v;
-    const double gain = drive_v > 0.0 ? (setting->displacement_high_um - setting->displacement_low_um) / drive_v : 0.0;
     value[GAIN] = 1e-3 / setting->longest_s;
-    value[CENTER] = index == 0 ? setting->displacement_low_um - gain * setting->drive_low_v : 0.0;
-    return index < 2;
+    value[CENTER] = 0.0;
+    return index == 0;
 }
 
+/* An actuator's gain leaves the position at 0 V where it is, a sensor's its own zero. */
 static double join(const probe_setting_t *setting, const double *value, size_t parameter) {
+    const double drive_v = setting->drive_high_v - setting->drive_low_v;
+    const double gain = drive_v > 0.0 ? (setting->displacement_high_um - setting->displacement_low_um) / drive_v : 0.0;
     (void)value;
-    (void)parameter;
-    return 0.5 * setting->longest_s;
+    return parameter == TIME_CONSTANT ? 0.5 * setting->longest_s
+                                      : setting->displacement_low_um - gain * setting->drive_low_v;
 }
 
 static const probe_t looked_for = {.group = "slow",
@@ -76,8 +76,8 @@ static const probe_t looked_for = {.group = "slow",
                                    .excitation = "the same small fast sweep repeated over the whole time",
                                    .parts = PROBE_STAIRCASE | PROBE_BURST | PROBE_RETURN,
                                    .probe = probe,
-                                   .searched = 1U << GAIN | 1U << CENTER,
-                                   .joins = 1U << TIME_CONSTANT,
+                                   .searched = 1U << GAIN,
+                                   .joins = 1U << TIME_CONSTANT | 1U << CENTER,
                                    .join = join,
                                    .accuracy = {0.01}};
 

@@ -54,7 +54,7 @@ static void test_a_watch_whose_folder_is_gone_goes_on(void) {
     (void)rmdir("watched");
     play_what_is_watched();
     start(watch);
-    sleep_until(monotonic_s() + 3.0);
+    sleep_until(monotonic_s() + 6.0); /* until it has measured what is usual */
     if (rmdir("watched") != 0) {
         (void)kill(process, SIGKILL);
         (void)end();
@@ -94,7 +94,7 @@ static void watch_until_it_diagnoses(void) {
     static const char *const watch[] = {"watch", "--model", "watched.json", "--report", "diagnosed", NULL};
     play_what_is_watched();
     start(watch);
-    sleep_until(monotonic_s() + 3.0);
+    sleep_until(monotonic_s() + 6.0); /* until it has measured what is usual */
     simulated_device_line()->position_offset = 3000;
     hold_diagnosis();
 }
@@ -135,7 +135,7 @@ static void ends_with(volatile unsigned *cause, const char *line) {
                                         "watched", "--for",   "1000",         NULL};
     play_what_is_watched();
     start(watch);
-    sleep_until(monotonic_s() + 3.0);
+    sleep_until(monotonic_s() + 6.0); /* until it has measured what is usual */
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended");
     *cause = 3; /* requests later */
     const int status = end();

@@ -214,9 +214,8 @@ static size_t echoed(void) {
     }
     frame.judges = false;
     if (frame.length == length && can_be_request()) {
-        /* On a line without bytes of others nothing comes back later than it is sent. */
-        frame.repeats = !board_info.modbus_ends_at_length && is_request();
-        return frame.repeats || board_info.modbus_ends_at_length ? 0 : length;
+        frame.repeats = is_request();
+        return frame.repeats ? 0 : length;
     }
     answer.unreturned = 0;
     answer.returns_late = frame.late;

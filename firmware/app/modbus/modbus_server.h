@@ -28,8 +28,7 @@
  * the answer's end is served, unless the line has returned another answer as late. One that begins sooner may be a
  * hasty master's, and the line's past decides: when it has not returned the last four answers, it is served, unless it
  * came while the answer was being sent. An answer that comes back, or the end of one, shows that the line has an echo;
- * from a start on it is taken to have one. No such copy is a sign of life. On a board's line without bytes of others
- * (modbus_ends_at_length) what does not come while the answer is being sent is a request like any other.
+ * from a start on it is taken to have one. No such copy is a sign of life.
  *
  * References: Modbus application protocol V1.1b3; Modbus over serial line V1.02.
  */

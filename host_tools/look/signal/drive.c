@@ -213,9 +213,6 @@ static double bend_of(const double *u, size_t from, size_t to) {
  * by itself: a sine of few samples is as near to its chord as a triangle. rounding_v: of each sample. */
 static bool is_line(const double *u, size_t from, size_t to, double rounding_v) {
     const double height = fabs(u[to] - u[from]), sample = threshold.cut_corner * height / (double)(to - from);
-    if (to - from < LEAST_WAY) {
-        return bend_of(u, from, to) <= height * threshold.bent_way + sample;
-    }
     return bend_of(u, from, to) <= height * threshold.bent_way + 2.0 * sample &&
            bend_of(u, from + 1, to - 1) <= height * threshold.bent_way + rounding_v;
 }
@@ -226,8 +223,10 @@ static bool goes_in_lines(const double *u, size_t samples, const drive_look_t *d
     const double rounding_v = drive->step_v + 2.0 * threshold.edge_of_noise * drive->noise_v;
     size_t straight = 0, ways = 0;
     for (size_t i = 1; i < turns->count; i++) {
-        straight += is_line(u, turns->at[i - 1], turns->at[i], rounding_v) ? 1 : 0;
-        ways++;
+        if (turns->at[i] - turns->at[i - 1] >= LEAST_WAY) { /* a shorter one may be anything */
+            straight += is_line(u, turns->at[i - 1], turns->at[i], rounding_v) ? 1 : 0;
+            ways++;
+        }
     }
     return turns->count == 0 ? is_line(u, 0, samples - 1, rounding_v)
                              : ways >= 2 && (double)straight >= threshold.straight_ways * (double)ways;

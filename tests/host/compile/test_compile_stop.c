@@ -149,7 +149,8 @@ static void test_a_large_damping_is_rolled_off(void) {
  * is 0.21 of a radian at 15 Hz: 0.054, and a tenth more for what else is neglected here. */
 static void test_the_roll_off_does_not_depend_on_the_rate(void) {
     const double stiffness = weights[0] + weights[1], mode = 2.0 * M_PI * 60.0;
-    for (double rate = 2000.0; rate <= 40000.0; rate *= 2.0) {
+    for (int octave = 0; octave < 5; octave++) {
+        const double rate = ldexp(2000.0, octave);
         uint32_t sections;
         model_t model;
         model_create(&model, rate);

@@ -249,7 +249,7 @@ static void find_planted(const block_t *block, const double *value, int looks) {
 /* One number a parameter; those that a block does not have are 0. */
 typedef double numbers_t[BLOCK_MAX_PARAMETERS];
 static const numbers_t creep_truth = {0.02, 0.05, 100.0, 0.0}, delay_truth = {0.7e-3}, hum_truth = {50.0, 0.02, 0.5},
-                       saturation_truth = {-10.0, 92.0}, mode_truth = {180.0, 0.05}, gain_truth = {0.02, -12.0, 1.5};
+                       saturation_truth = {-10.0, 92.0}, mode_truth = {180.0, 0.05}, gain_truth = {0.02, 0.0, 1.5};
 
 static void test_creep_is_named(void) {
     find_planted(&block_creep, creep_truth, AND_WITH_A_MODEL);
