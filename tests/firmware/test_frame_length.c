@@ -96,28 +96,10 @@ static void test_any_other_frame_ends_by_silence(void) {
     }
 }
 
-/* On such a line nothing is an echo that does not come while it is sent: the same write again and again is served each
- * time, however soon it comes, and is a sign of its master's life. */
-static void test_the_same_write_again_is_a_request(void) {
-    uint8_t frame[MODBUS_FRAME_MAX];
-    static const uint8_t write[] = {6, ADDRESS_source >> 8, ADDRESS_source & 0xFF, 0, 1};
-    const size_t length = master_frame(frame, 1, write, sizeof write);
-    const uint32_t heard = modbus_server_accepted();
-    for (unsigned times = 1; times <= 20; times++) {
-        for (size_t at = 0; at < length; at++) {
-            receive(frame[at]);
-        }
-        (void)amplifier_serve();
-        TEST_ASSERT_EQUAL_UINT(times, fake_board.frames_sent);
-        TEST_ASSERT_EQUAL_UINT32(heard + times, modbus_server_accepted());
-    }
-}
-
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_request_tells_its_length);
     RUN_TEST(test_a_whole_request_is_served_without_silence);
     RUN_TEST(test_any_other_frame_ends_by_silence);
-    RUN_TEST(test_the_same_write_again_is_a_request);
     return UNITY_END();
 }
