@@ -156,11 +156,10 @@ static void print_response(FILE *file, const look_t *look) {
         fprintf(file, " (coherence %.2f)", last->coherence);
     }
     if (response->goes_on_to_hz > 0.0) {
-        fprintf(
-            file,
-            ";\n             it ends there%s: the drive sweeps on to about %.2g Hz within %.2g s, too fast to tell a "
-            "response from how the recording ends",
-            peak == last && peak != NULL ? ", and still rises" : "", response->goes_on_to_hz, response->goes_on_s);
+        fprintf(file,
+                ";\n             it ends there%s: the drive sweeps on to about %.4g Hz within %.2g s,\n"
+                "             too fast to tell a response from how the recording ends",
+                peak == last && peak != NULL ? ", and still rises" : "", response->goes_on_to_hz, response->goes_on_s);
     }
     fprintf(file, "\n");
 }
