@@ -95,8 +95,7 @@ void bode_print(FILE *file, const bode_t *bode) {
     if (bode->measured.goes_on_to_hz > 0.0) {
         fprintf(file,
                 "It ends there: the drive sweeps on to about %.4g Hz within %.2g s, too fast to tell a response from "
-                "how the "
-                "recording ends.\n",
+                "how the recording ends.\n",
                 bode->measured.goes_on_to_hz, bode->measured.goes_on_s);
     }
 }
