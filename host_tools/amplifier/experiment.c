@@ -106,6 +106,25 @@ static bool enter_mode(device_t *device, const run_t *run, int64_t start, failur
                                 device_write(device, INDEX_setpoint, start, failure)));
 }
 
+static double level_of(const hyst_parameters_t *image, hyst_mode_t mode, int64_t reference) {
+    return mode == HYST_MODE_DIRECT ? drive_to_volts(image, (hyst_q31_t)reference)
+                                    : position_to_micrometres(image, (hyst_q31_t)reference);
+}
+
+/* The reference would never be there. */
+static bool check_start(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, int64_t start,
+                        failure_t *failure) {
+    int64_t low, high;
+    return device_read(device, INDEX_reference_low, &low, failure) &&
+           device_read(device, INDEX_reference_high, &high, failure) &&
+           ((start >= low && start <= high) ||
+            fail(failure,
+                 "the waveform begins at %.6g %s, and the amplifier keeps its reference between %.6g and %.6g "
+                 "(registers reference_low, reference_high)",
+                 level_of(image, mode, start), mode == HYST_MODE_DIRECT ? "V" : "um", level_of(image, mode, low),
+                 level_of(image, mode, high)));
+}
+
 /* Conditions the actuator if requested, and waits until the amplifier rests at the start. */
 static bool go_to_start(device_t *device, const hyst_parameters_t *image, const run_t *run, failure_t *failure) {
     const int64_t start = full_scale(image, run->mode, run->start);
@@ -113,7 +132,8 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     progress_begin(&progress, run->condition ? "conditioning" : "going to the start");
     const int64_t window = (int64_t)(fmax(SETTLED_S, run->rest_s) * device_sample_rate_hz(device));
     watch_t watch;
-    bool ok = enter_mode(device, run, start, failure) && watch_begin(&watch, device, failure);
+    bool ok = check_start(device, image, run->mode, start, failure) && enter_mode(device, run, start, failure) &&
+              watch_begin(&watch, device, failure);
     const int64_t first = ok ? watch.now[INDEX_sequence] : 0;
     int64_t since = first;
     int64_t drive = ok ? watch.now[INDEX_drive] : 0;

@@ -322,6 +322,16 @@ static void test_the_drive_stays_between_park_and_what_was_asked_for(void) {
     }
 }
 
+/* The reference would never get there, and the run never begin. */
+static void test_a_start_outside_the_references_limits_is_refused(void) {
+    upload();
+    const experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 2.0, 60.0);
+    TEST_ASSERT_TRUE_MESSAGE(device_write(device, INDEX_reference_high, 0, &failure), failure.text); /* 50 V */
+    TEST_ASSERT_FALSE(experiment_run(device, &parameters, &experiment, &r, &events, &failure));
+    expect_line("the amplifier keeps its reference between 10 and 50 (registers reference_low, reference_high)");
+    TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->starts);
+}
+
 /* The sample's number wraps while it goes to the start, and while it plays. */
 static void test_a_run_goes_on_when_the_sample_number_wraps(void) {
     upload();
@@ -396,6 +406,7 @@ int main(void) {
     RUN_TEST(test_a_loop_that_stands_still_is_noticed);
     RUN_TEST(test_an_amplifier_that_somebody_parks_ends_the_run);
     RUN_TEST(test_the_drive_stays_between_park_and_what_was_asked_for);
+    RUN_TEST(test_a_start_outside_the_references_limits_is_refused);
     RUN_TEST(test_a_run_goes_on_when_the_sample_number_wraps);
     RUN_TEST(test_a_restart_while_the_capture_is_read_is_no_recording);
     RUN_TEST(test_a_restart_at_any_time_is_called_so);
