@@ -50,6 +50,16 @@ static void decode_span(int first, int last, const uint16_t *words, int64_t *val
     }
 }
 
+enum { SPAN_NAME = 100 };
+
+static void name_span(int first, int last, char what[SPAN_NAME]) {
+    if (first == last) {
+        (void)snprintf(what, SPAN_NAME, "register %s", register_table[first].name);
+    } else {
+        (void)snprintf(what, SPAN_NAME, "registers %s to %s", register_table[first].name, register_table[last].name);
+    }
+}
+
 static line_outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
     const line_outcome_t outcome = serial_line_request(&device->line, request, tries, NULL, failure);
     if (outcome == LINE_REFUSED) { /* what an amplifier refuses that has restarted says of it only what it lacks */
@@ -279,13 +289,9 @@ unsigned long device_repetitions(const device_t *device) {
 
 bool device_read_span(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
     uint16_t words[MODBUS_MAX_READ_REGISTERS];
-    char what[100];
+    char what[SPAN_NAME];
     request_t request = read_request(first, last, words);
-    if (first != last) {
-        (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
-    } else {
-        (void)snprintf(what, sizeof what, "register %s", register_table[first].name);
-    }
+    name_span(first, last, what);
     request.what = what;
     if (transfer(device, &request, TRIES, failure) != LINE_DONE) {
         return false;
@@ -339,7 +345,7 @@ static line_outcome_t write_span(device_t *device, int first, int last, const in
                                  failure_t *failure) {
     uint16_t words[MODBUS_MAX_WRITE_REGISTERS];
     int count = 0;
-    char what[100];
+    char what[SPAN_NAME];
     for (int i = first; i <= last; i++) {
         if (!encode(i, value[i], words, &count, failure)) {
             return LINE_REFUSED;
@@ -348,7 +354,7 @@ static line_outcome_t write_span(device_t *device, int first, int last, const in
     if (first == last) {
         (void)snprintf(what, sizeof what, "%" PRId64 " to register %s", value[first], register_table[first].name);
     } else {
-        (void)snprintf(what, sizeof what, "registers %s to %s", register_table[first].name, register_table[last].name);
+        name_span(first, last, what);
     }
     const request_t request = {.what = what, .address = register_table[first].address, .count = count, .write = words};
     return transfer(device, &request, tries, failure);

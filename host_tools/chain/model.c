@@ -2,7 +2,7 @@
 #include "chain/model.h"
 #include "chain/catalogue.h"
 #include <assert.h>
-#include <math.h>
+#include <gsl/gsl_math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -135,6 +135,19 @@ const model_block_t *model_find(const model_t *model, const char *block_name) {
         }
     }
     return NULL;
+}
+
+double model_lag_s(const model_block_t *block) {
+    const double number = block->parameter[0].value[0];
+    switch (block->block->lag) {
+    case LAG_DELAY:
+        return number;
+    case LAG_LOW_PASS:
+        return 1.0 / (2.0 * M_PI * number);
+    case LAG_NONE:
+        break;
+    }
+    return HUGE_VAL;
 }
 
 const parameter_t *model_parameter(const model_block_t *block, const char *name) {

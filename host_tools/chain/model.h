@@ -74,6 +74,8 @@ void model_set_array(model_block_t *block, const char *name, size_t count, const
 
 /** The model's block of that name, or NULL. */
 const model_block_t *model_find(const model_t *model, const char *block_name);
+/** The time of a block that is a pure lag (lag_t); HUGE_VAL of all others. */
+double model_lag_s(const model_block_t *block);
 /** A parameter of a block by name; the block must have it. */
 const parameter_t *model_parameter(const model_block_t *block, const char *name);
 

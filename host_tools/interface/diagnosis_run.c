@@ -10,7 +10,7 @@
 #include "report/diagnosis_print.h"
 #include "report/diagnosis_report.h"
 #include "thresholds/thresholds.h"
-#include <gsl/gsl_math.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -240,10 +240,7 @@ static bool found_short_lag(const answer_t *answer, double sample_rate_hz) {
     bool found = false;
     for (size_t i = 0; i < answer->findings; i++) {
         const model_block_t *block = model_find(&answer->model, answer->finding[i].block->name);
-        const lag_t lag = answer->finding[i].block->lag;
-        const double number = block != NULL && lag != LAG_NONE ? block->parameter[0].value[0] : 0.0;
-        const double lag_s = lag == LAG_LOW_PASS && number > 0.0 ? 1.0 / (2.0 * M_PI * number) : number;
-        found = found || (lag != LAG_NONE && lag_s * sample_rate_hz < 1.0);
+        found = found || (block != NULL && model_lag_s(block) * sample_rate_hz < 1.0);
     }
     return found;
 }

@@ -112,12 +112,6 @@ static char *trim(char *text) {
     return text;
 }
 
-/* A finite decimal number and nothing else: strtod alone would also take "nan", "inf", "0x1p3" and leading blanks. */
-static bool parse_number(const char *text, double *number) {
-    const char *end;
-    return decimal_read(text, '.', number, &end) && *end == '\0';
-}
-
 /* A unit of the same quantity as the column's own: its numbers are converted. */
 static bool read_unit(reader_t *reader, column_t c, const char *key, const char *value) {
     double own, scale;
@@ -168,7 +162,7 @@ static bool read_header(reader_t *reader) {
         if (recording->sample_rate_hz > 0.0) {
             return complain(reader, "second sample_rate_hz");
         }
-        if (!parse_number(value, &recording->sample_rate_hz) || !(recording->sample_rate_hz > 0.0) ||
+        if (!decimal_is(value, &recording->sample_rate_hz) || !(recording->sample_rate_hz > 0.0) ||
             recording->sample_rate_hz > RECORDING_FASTEST_HZ) {
             return fail(reader->failure, "%s:%lu: sample_rate_hz is not a positive number: '%s'", reader->path,
                         reader->line, value);
@@ -216,7 +210,7 @@ static bool read_names(reader_t *reader) {
             return complain(reader, "too many columns");
         }
         field = trim(field);
-        if (parse_number(field, &number)) {
+        if (decimal_is(field, &number)) {
             return complain(reader, "a number where the column names should be (t,drive,displacement)");
         }
         meaning = column_of_name(field);
@@ -546,59 +540,4 @@ void recording_take_keys(recording_t *recording, const char *path) {
         }
         recording_free(&own);
     }
-}
-
-const char *drive_between_name(drive_between_t between) {
-    static const char *const names[] = {"unknown", "held", "line", "smooth"};
-    return names[between];
-}
-
-bool recording_drive_between(const recording_t *recording, drive_between_t *between, failure_t *failure) {
-    const char *key = recording_key(recording, "drive_between_samples");
-    *between = BETWEEN_UNKNOWN;
-    for (drive_between_t b = BETWEEN_HELD; key != NULL && b <= BETWEEN_SMOOTH; b++) {
-        *between = strcmp(key, drive_between_name(b)) == 0 ? b : *between;
-    }
-    return key == NULL || *between != BETWEEN_UNKNOWN ||
-           fail(failure, "%s: header key drive_between_samples is '%s', not held, line or smooth", recording->name,
-                key);
-}
-
-bool recording_preload(const recording_t *recording, double *preload_n, failure_t *failure) {
-    const char *text = recording_key(recording, "preload_n");
-    *preload_n = 0.0;
-    if (text != NULL && !(parse_number(text, preload_n) && *preload_n >= 0.0)) {
-        return fail(failure, "%s: header key preload_n is '%s', not a force of 0 N or more", recording->name, text);
-    }
-    return true;
-}
-
-bool recording_sampled_after(const recording_t *recording, double *after_s, failure_t *failure) {
-    const char *text = recording_key(recording, "displacement_sampled_after_s");
-    *after_s = 0.0;
-    if (text != NULL && !(parse_number(text, after_s) && isfinite(*after_s))) {
-        return fail(failure, "%s: header key displacement_sampled_after_s is '%s', not a number of seconds",
-                    recording->name, text);
-    }
-    return true;
-}
-
-bool recording_stage_supply(const recording_t *recording, double *supply_v, failure_t *failure) {
-    const char *text = recording_key(recording, STAGE_SUPPLY_KEY);
-    *supply_v = HUGE_VAL;
-    if (text != NULL && !(parse_number(text, supply_v) && isfinite(*supply_v) && *supply_v > 0.0)) {
-        return fail(failure, "%s: header key " STAGE_SUPPLY_KEY " is '%s', not a voltage above 0 V", recording->name,
-                    text);
-    }
-    return true;
-}
-
-bool recording_check_keys(const recording_t *recording, failure_t *failure) {
-    drive_between_t between;
-    double number, before_v[RECORDING_MOST_BEFORE];
-    size_t points;
-    return recording_drive_between(recording, &between, failure) && recording_preload(recording, &number, failure) &&
-           recording_sampled_after(recording, &number, failure) &&
-           recording_stage_supply(recording, &number, failure) &&
-           recording_drive_before(recording, before_v, &points, failure);
 }

@@ -13,11 +13,7 @@ static const double least_periods = 2.0;
 static const double settles = 0.1;
 
 static bool too_short(const samples_t *samples, const model_block_t *block) {
-    const double number = block->parameter[0].value[0], rate_hz = samples->recordings[0].sample_rate_hz;
-    const double lag_s = block->block->lag == LAG_DELAY      ? number
-                         : block->block->lag == LAG_LOW_PASS ? 1.0 / (2.0 * M_PI * number)
-                                                             : HUGE_VAL;
-    return lag_s * rate_hz < threshold.least_lag_samples;
+    return model_lag_s(block) * samples->recordings[0].sample_rate_hz < threshold.least_lag_samples;
 }
 
 /* A mode of the mechanics that no sample can show. */

@@ -87,6 +87,11 @@ bool decimal_read(const char *text, char point, double *number, const char **end
     return read_slowly(text, (size_t)(at - text), point, number);
 }
 
+bool decimal_is(const char *text, double *number) {
+    const char *end;
+    return decimal_read(text, '.', number, &end) && *end == '\0';
+}
+
 /* From `least` to `most` digits, more behind them not allowed. */
 static bool read_digits(const char **at, int least, int most, int *number) {
     int count = 0;

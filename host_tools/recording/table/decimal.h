@@ -13,6 +13,9 @@
  */
 bool decimal_read(const char *text, char point, double *number, const char **end);
 
+/** Whether the text is such a number, with a point, and nothing else. */
+bool decimal_is(const char *text, double *number);
+
 /** Room for any number that the two below write, and its end. */
 #define DECIMAL_ROOM 400
 
