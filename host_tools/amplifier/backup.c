@@ -199,7 +199,9 @@ static bool image_put(device_t *device, const hyst_parameters_t *image, const js
     }
     const bool good = amplifier_image_write(device, image, failure);
     if (!good) {
+        device_clean_up_begin(device);
         (void)device_write_span(device, INDEX_drive_low, INDEX_drive_high, before, &ignored);
+        device_clean_up_end(device);
     }
     return good;
 }

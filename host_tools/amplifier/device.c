@@ -230,11 +230,10 @@ static line_outcome_t write_register(device_t *device, int which, int64_t value,
 
 void device_lock(device_t *device) {
     failure_t ignored;
-    const volatile sig_atomic_t *const stop = device->line.stop;
     if (device->unlocked != 0) {
-        device->line.stop = NULL;
+        device_clean_up_begin(device);
         (void)write_register(device, INDEX_unlock, 0, 1, &ignored);
-        device->line.stop = stop;
+        device_clean_up_end(device);
         device->unlocked = 0;
     }
 }
@@ -263,6 +262,14 @@ void device_stop_when(device_t *device, const volatile sig_atomic_t *stop) {
 void device_take_turns(device_t *device, device_turn_t *turn, void *context) {
     device->line.turn = turn;
     device->line.turn_context = context;
+}
+
+void device_clean_up_begin(device_t *device) {
+    device->line.cleaning_up++;
+}
+
+void device_clean_up_end(device_t *device) {
+    device->line.cleaning_up--;
 }
 
 int64_t device_identity(const device_t *device, int which) {

@@ -34,8 +34,13 @@ void device_leave_to_parent(const device_t *device);
  * request in progress is completed first. NULL ends this. */
 void device_stop_when(device_t *device, const volatile sig_atomic_t *stop);
 
-/** For a program that must get a word in while an experiment has the line. turn NULL ends this. */
+/** For a program that must get a word in while an experiment has the line. turn NULL ends this. To end the experiment a
+ * turn fails again and again: some requests may fail without that. */
 void device_take_turns(device_t *device, device_turn_t *turn, void *context);
+
+/** From begin to end neither a stop nor a turn keeps a request back: for what leaves the amplifier safe. They nest. */
+void device_clean_up_begin(device_t *device);
+void device_clean_up_end(device_t *device);
 
 /** Value of an identity register (`magic` to `serial_low`), as read when the device was opened. */
 int64_t device_identity(const device_t *device, int which);

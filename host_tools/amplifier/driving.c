@@ -12,6 +12,7 @@ static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, 
     failure_t ignored;
     failure_t first = *failure;
     const int part = (int)(sizeof first.text - 200);
+    device_clean_up_begin(device);
     if (device_command(device, COMMAND_DISARM, &ignored)) {
         (void)device_write(device, INDEX_watchdog, timeout_before_ms, &ignored);
         if (!interrupted) {
@@ -24,6 +25,7 @@ static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, 
             "%.*s; the amplifier did not take the command to park: without requests it parks by itself after %g s",
             part, first.text, (double)device_communication_timeout_ms(device) / 1000.0);
     }
+    device_clean_up_end(device);
 }
 
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure) {

@@ -107,6 +107,9 @@ static bool report(serial_line_t *line, const request_t *request, int error, int
 
 /* Whether this request may be made. */
 static bool may_go_on(serial_line_t *line, failure_t *failure) {
+    if (line->cleaning_up > 0) {
+        return true;
+    }
     if (line->stop != NULL && *line->stop != 0) {
         return fail(failure, "interrupted (%s)", stop_signal_name(*line->stop));
     }

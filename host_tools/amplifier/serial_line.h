@@ -24,6 +24,7 @@ typedef struct {
     const volatile sig_atomic_t *stop; /**< or NULL; see device_stop_when */
     device_turn_t *turn;               /**< or NULL; also while it runs */
     void *turn_context;
+    int cleaning_up; /**< how often device_clean_up was begun and not ended */
 } serial_line_t;
 
 /** One request, so that every kind of it is repeated and reported by the same code. Reads fill `read`. */

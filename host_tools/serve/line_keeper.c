@@ -40,8 +40,8 @@ struct line_keeper {
     device_t *device; /* NULL: the line is cut */
     provenance_note_t *note;
     hyst_parameters_t image;
-    bool interrupted; /* the work that runs has been told */
-    bool gave_way;    /* a stop or work has come while the stream was read */
+    bool cut;      /* while the work runs, which therefore ends */
+    bool gave_way; /* a stop or work has come while the stream was read */
     live_stream_t stream;
     int64_t now[REGISTER_COUNT]; /* the last snapshot */
     double snapshot_due_s, same_due_s;
@@ -129,28 +129,24 @@ static bool look_aside(line_keeper_t *keeper, failure_t *failure) {
            read_stream(keeper, STREAM_WORKING_S, failure);
 }
 
-/* Before each request of the work (device_turn_t). */
+/* Before each request of the work (device_turn_t). It fails until the work has ended. */
 static bool turn(void *context, failure_t *failure) {
     line_keeper_t *const keeper = context;
     bool stop;
     bool ending;
-    if (keeper->interrupted) { /* once: the requests that park come after it */
-        return true;
-    }
     wanted(keeper, &stop, &ending);
     if (!stop && !ending) {
+        if (keeper->cut) {
+            return fail(failure, "the line was cut");
+        }
         if (!look_aside(keeper, failure)) { /* no need to wait until the work has tried in vain, too */
-            keeper->interrupted = true;
+            keeper->cut = true;
             say_cut(keeper, failure->text);
             return false;
         }
         wanted(keeper, &stop, &ending); /* it may have come meanwhile */
     }
-    if (stop || ending) {
-        keeper->interrupted = true;
-        return fail(failure, stop ? "stopped" : "the server ends");
-    }
-    return true;
+    return (!stop && !ending) || fail(failure, stop ? "stopped" : "the server ends");
 }
 
 /* The same between runs: work goes before it, too. */
@@ -213,7 +209,7 @@ static void do_stop(line_keeper_t *keeper) {
 
 static void do_work(line_keeper_t *keeper, const line_work_t *work) {
     failure_t failure = {""};
-    keeper->interrupted = false;
+    keeper->cut = false;
     keeper->stream.taken = true;
     keeper->snapshot_due_s = 0.0;
     device_take_turns(keeper->device, turn, keeper);

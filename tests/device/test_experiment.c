@@ -2,6 +2,7 @@
 /* Upload and experiments against the application itself, whose actuator follows the drive one to one. */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/capture_reader.h"
+#include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
@@ -293,6 +294,36 @@ static int code_of(double volts) {
     return (int)lround((volts - 10.0) / 80.0 * 65536.0);
 }
 
+static bool play_a_minute(device_t *d, void *context, failure_t *f) {
+    (void)context;
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 10.0, 50.0);
+    experiment.waveform.cycles = 240;
+    return experiment_run(d, &parameters, &experiment, &r, &events, f);
+}
+
+static bool is_one_of_the_first(void *context, failure_t *f) {
+    int *const left = context;
+    return --*left >= 0 || fail(f, "stopped");
+}
+
+/* Whatever request it is that is kept back: one whose failure does not matter must not take the end with it. */
+static void test_a_turn_that_fails_ends_the_run_at_any_request(void) {
+    const driving_t driving = {.play = play_a_minute};
+    upload();
+    for (int request = 0; request < 30; request++) {
+        int left = request;
+        const unsigned before = simulated_device_line()->requests;
+        device_take_turns(device, is_one_of_the_first, &left);
+        TEST_ASSERT_FALSE(driving_run(device, &driving, &failure));
+        device_take_turns(device, NULL, NULL);
+        expect_line("stopped");
+        /* And to park, the communication timeout, whether it restarted (2), the lock. */
+        TEST_ASSERT_LESS_OR_EQUAL_UINT(request + 5, simulated_device_line()->requests - before);
+        int64_t now[REGISTER_COUNT];
+        TEST_ASSERT_TRUE(driving_halt(device, COMMAND_DISARM, now, &failure));
+    }
+}
+
 /* Whatever the hold source held before: it counts as a position in one mode and as a drive in the other. */
 static void test_the_drive_stays_between_park_and_what_was_asked_for(void) {
     static const hyst_mode_t modes[] = {HYST_MODE_DIRECT, HYST_MODE_COMPENSATE};
@@ -405,6 +436,7 @@ int main(void) {
     RUN_TEST(test_events_are_counted);
     RUN_TEST(test_a_loop_that_stands_still_is_noticed);
     RUN_TEST(test_an_amplifier_that_somebody_parks_ends_the_run);
+    RUN_TEST(test_a_turn_that_fails_ends_the_run_at_any_request);
     RUN_TEST(test_the_drive_stays_between_park_and_what_was_asked_for);
     RUN_TEST(test_a_start_outside_the_references_limits_is_refused);
     RUN_TEST(test_a_run_goes_on_when_the_sample_number_wraps);

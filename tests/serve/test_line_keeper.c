@@ -23,6 +23,7 @@
 
 static device_options_t options = DEVICE_OPTIONS_DEFAULT;
 static line_keeper_t *keeper;
+static atomic_bool stop_at_snapshot;
 
 /* What the keeper has said; written in its thread. */
 static struct {
@@ -49,6 +50,9 @@ static void on_snapshot(void *context, const device_t *device, const hyst_parame
     (void)image;
     atomic_store(&heard.state, (int)now[INDEX_state]);
     atomic_fetch_add(&heard.snapshots, 1);
+    if (atomic_exchange(&stop_at_snapshot, false)) {
+        line_keeper_stop(keeper);
+    }
 }
 
 /* The stream is whole: each block begins where the one before has ended. */
@@ -332,6 +336,33 @@ static void test_a_stop_right_after_work_was_given_stops_it(void) {
     TEST_ASSERT_EQUAL_INT(0, atomic_load(&heard.good));
 }
 
+/* The snapshot comes before the first request that goes out, whatever becomes of that one. */
+static bool run_that_is_stopped_at_its_first_request(line_keeper_t *k, device_t *device, void *context,
+                                                     failure_t *failure) {
+    (void)k;
+    (void)context;
+    hyst_parameters_t image;
+    give_image(&image);
+    long_play_t played = {
+        .image = &image,
+        .experiment = {
+            .mode = HYST_MODE_DIRECT,
+            .waveform = {
+                .kind = WAVEFORM_SINE, .frequency_hz = 0.2, .amplitude = 10.0, .offset = 50.0, .cycles = 1000}}};
+    const driving_t driving = {.play = play, .context = &played};
+    atomic_store(&stop_at_snapshot, true);
+    return driving_run(device, &driving, failure);
+}
+
+static void test_a_stop_at_the_first_request_of_a_run_stops_it(void) {
+    begin(short_run); /* which leaves an image */
+    wait_for(&heard.ended, 1, "the work does not end");
+    begin(run_that_is_stopped_at_its_first_request);
+    wait_for(&heard.ended, 2, "the stop is lost");
+    TEST_ASSERT_EQUAL_INT(1, atomic_load(&heard.good));
+    TEST_ASSERT_EQUAL_STRING("stopped", heard.failure);
+}
+
 static void test_a_line_that_is_unplugged_comes_back(void) {
     simulated_device_stop();
     wait_for(&heard.cuts, 1, "the cut is not noticed");
@@ -404,6 +435,7 @@ int main(void) {
     RUN_TEST(test_a_line_that_becomes_slow_thins_the_stream);
     RUN_TEST(test_a_stop_overtakes_the_stream);
     RUN_TEST(test_a_stop_right_after_work_was_given_stops_it);
+    RUN_TEST(test_a_stop_at_the_first_request_of_a_run_stops_it);
     RUN_TEST(test_a_line_that_is_unplugged_comes_back);
     RUN_TEST(test_a_stop_during_a_cut_is_the_first_thing_after_it);
     RUN_TEST(test_a_restart_is_told_of);
