@@ -12,6 +12,13 @@
  * What a look at the recordings measured without any model, as plain numbers. A block's own file may begin its search
  * there (probe_t.from_look): a strong effect then cannot be missed. 0: nothing of the kind was seen.
  */
+/** Where a drive goes one path over and over: samples [from, to), in `period` samples, a fraction included. */
+typedef struct {
+    size_t from, to;
+    double period; /**< 0: it does not */
+} probe_passes_t;
+
+/** What the look has seen. */
 typedef struct {
     size_t rings;            /**< steps of the drive after which it rings with one frequency, of one recording */
     const size_t *ring_step; /**< the first sample behind each of them; the caller's */
@@ -25,6 +32,7 @@ typedef struct {
     bool rails;              /**< the position stops while the drive goes on */
     double rail_v[2];        /**< below and above these; where only one was seen, the other is beyond the drive */
     bool rests, repeats;     /**< what is noise shows where the drive rests; between passes of a path that repeats */
+    const probe_passes_t *passes; /**< of each recording; the caller's. NULL: not known */
 } probe_seen_t;
 
 /** Properties of the recordings, from which initial values are chosen. */

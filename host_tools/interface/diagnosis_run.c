@@ -53,6 +53,12 @@ static bool look_first(recording_t *recordings, size_t count, const held_reading
     progress_update(&progress, 0.0);
     run->looks = looks_at(recordings, run->looked_at, failure);
     if (run->looks != NULL) {
+        run->passes = allocate(count, sizeof *run->passes);
+        for (size_t i = 0; i < run->looked_at; i++) {
+            const drive_look_t *drive = &run->looks[i].drive;
+            run->passes[i] =
+                (probe_passes_t){.from = drive->repeat.from, .to = drive->repeat.to, .period = drive->period};
+        }
         faults_find(run->looks, run->looked_at, &run->faults);
         run->masked = faults_mask(&run->faults, recordings);
         progress_name(&progress, "looking: faults");
@@ -69,6 +75,7 @@ static void look_away(diagnosis_run_t *run) {
     if (run->looks != NULL) {
         faults_free(&run->faults);
         looks_free(run->looks, run->looked_at);
+        free(run->passes);
         run->looks = NULL;
     }
 }
@@ -108,8 +115,8 @@ static void see_rails(const look_t *looks, size_t count, probe_seen_t *seen) {
 }
 
 /* What blocks begin their search with. */
-static probe_seen_t seen_by(const look_t *looks, size_t count) {
-    probe_seen_t seen = {0};
+static probe_seen_t seen_by(const look_t *looks, size_t count, const probe_passes_t *passes) {
+    probe_seen_t seen = {.passes = count > 0 ? passes : NULL};
     double creep = 0.0, weights = 0.0;
     see_ring(looks, count, &seen);
     see_rails(looks, count, &seen);
@@ -130,7 +137,7 @@ static probe_seen_t seen_by(const look_t *looks, size_t count) {
 
 static bool find_and_account(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
-    const probe_seen_t seen = seen_by(run->looks, run->looked_at);
+    const probe_seen_t seen = seen_by(run->looks, run->looked_at, run->passes);
     if (!diagnose_seen(given, &seen, recordings, count, &run->answer, failure)) {
         return false;
     }

@@ -163,8 +163,9 @@ static void write_errors(const page_t *page) {
     fprintf(page->file, "%.4f&nbsp;%%%s. %s%sNoise: %s.</p>\n", answer->nrmse_percent,
             answer->findings > 0 ? " after" : "", errors_caveat(answer) != NULL ? errors_caveat(answer) : "",
             errors_caveat(answer) != NULL ? " " : "",
-            answer->question->noise.at_rest ? "what the reading does while the drive rests"
-                                            : "what a rich model leaves, as the drive never rests for long");
+            answer->question->noise.at_rest          ? "what the reading does while the drive rests"
+            : answer->question->noise.between_passes ? "what passes of the same path differ by"
+                                                     : "what a rich model leaves, as the drive never rests for long");
     write_taken_out(page);
 }
 

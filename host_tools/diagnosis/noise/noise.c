@@ -106,11 +106,12 @@ static void find(runs_t *runs, const samples_t *samples, noise_t *noise) {
     }
 }
 
-/* A parabola and the lines. */
-static void trends(size_t length, double rate_hz, double start_s, const double *line_hz, size_t lines, basis_t *basis) {
+/* A parabola and the lines; and room for so many more columns. */
+static void trends(size_t length, double rate_hz, double start_s, const double *line_hz, size_t lines, size_t more,
+                   basis_t *basis) {
     double *column = allocate(length, sizeof(double));
-    basis_open(basis, length, 3 + 2 * lines);
-    for (size_t j = 0; j < basis->most; j++) {
+    basis_open(basis, length, 3 + 2 * lines + more);
+    for (size_t j = 0; j < 3 + 2 * lines; j++) {
         for (size_t k = 0; k < length; k++) {
             const double s = 2.0 * (double)k / (double)length - 1.0, t = start_s + (double)k / rate_hz;
             column[k] = j < 3 ? gsl_pow_int(s, (int)j)
@@ -158,30 +159,15 @@ static void add_run(runs_t *runs, const double *readings, double rate_hz, size_t
     }
     double *x = allocate(to - settled, sizeof(double));
     memcpy(x, readings + settled, (to - settled) * sizeof(double));
-    trends(to - settled, rate_hz, (double)settled / rate_hz, line_hz, lines, &runs->trends[runs->runs]);
+    trends(to - settled, rate_hz, (double)settled / rate_hz, line_hz, lines, 0, &runs->trends[runs->runs]);
     basis_project(&runs->trends[runs->runs], x, 1);
     runs->begin[runs->runs] = x;
     runs->length[runs->runs++] = to - settled;
 }
 
-bool noise_at_rest(const samples_t *samples, const double *left, const double *line_hz, size_t lines, noise_t *noise) {
-    runs_t *runs = allocate(1, sizeof *runs);
+/* Takes the runs. Returns whether they are enough. */
+static bool find_in_runs(runs_t *runs, const samples_t *samples, noise_t *noise) {
     size_t total = 0;
-    *noise = (noise_t){.at_rest = true};
-    for (size_t i = 0; i < samples->count; i++) {
-        const recording_t *recording = &samples->recordings[i];
-        const double *drive = recording->column[COLUMN_DRIVE];
-        const double *readings = left != NULL ? left + samples->begin[i] : recording->column[COLUMN_DISPLACEMENT];
-        double range[2];
-        size_t from = samples->from[i];
-        values_range(drive, recording->samples, range);
-        for (size_t k = from + 1; k <= recording->samples; k++) {
-            if (k == recording->samples || fabs(drive[k] - drive[from]) > threshold.still * (range[1] - range[0])) {
-                add_run(runs, readings, recording->sample_rate_hz, from, k, line_hz, lines);
-                from = k;
-            }
-        }
-    }
     for (size_t i = 0; i < runs->runs; i++) {
         total += runs->length[i];
     }
@@ -197,6 +183,81 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
     }
     free(runs);
     return total >= LEAST_SAMPLES;
+}
+
+bool noise_at_rest(const samples_t *samples, const double *left, const double *line_hz, size_t lines, noise_t *noise) {
+    runs_t *runs = allocate(1, sizeof *runs);
+    *noise = (noise_t){.at_rest = true};
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        const double *drive = recording->column[COLUMN_DRIVE];
+        const double *readings = left != NULL ? left + samples->begin[i] : recording->column[COLUMN_DISPLACEMENT];
+        double range[2];
+        size_t from = samples->from[i];
+        values_range(drive, recording->samples, range);
+        for (size_t k = from + 1; k <= recording->samples; k++) {
+            if (k == recording->samples || fabs(drive[k] - drive[from]) > threshold.still * (range[1] - range[0])) {
+                add_run(runs, readings, recording->sample_rate_hz, from, k, line_hz, lines);
+                from = k;
+            }
+        }
+    }
+    return find_in_runs(runs, samples, noise);
+}
+
+/* As many passes as are not more than half of them, that are a number of whole samples. 0: none are. */
+static size_t lag_of(const probe_passes_t *passes) {
+    const double whole_within = 0.05; /* of a sample: the drive's rate takes out what is left */
+    const double settled = (double)(passes->to - passes->from) - passes->period;
+    for (size_t times = (size_t)(0.5 * settled / passes->period); passes->period > 0.0 && times > 0; times--) {
+        const double lag = (double)times * passes->period;
+        if (fabs(lag - round(lag)) < whole_within) {
+            return (size_t)round(lag);
+        }
+    }
+    return 0;
+}
+
+static void add_difference(runs_t *runs, const recording_t *recording, size_t lag, size_t from, size_t length,
+                           const double *line_hz, size_t lines) {
+    const double *drive = recording->column[COLUMN_DRIVE] + from;
+    const double *readings = recording->column[COLUMN_DISPLACEMENT] + from;
+    basis_t *trend = &runs->trends[runs->runs];
+    double *x = allocate(length, sizeof(double)), *column = allocate(length, sizeof(double));
+    trends(length, recording->sample_rate_hz, (double)from / recording->sample_rate_hz, line_hz, lines, 2, trend);
+    for (size_t of_rate = 0; of_rate < 2; of_rate++) {
+        for (size_t k = 0; k < length; k++) {
+            column[k] = of_rate != 0 ? drive[k + 1] - drive[k] : drive[k];
+        }
+        basis_add(trend, column, 1);
+    }
+    for (size_t k = 0; k < length; k++) {
+        x[k] = (readings[k + lag] - readings[k]) / M_SQRT2;
+    }
+    basis_project(trend, x, 1);
+    free(column);
+    runs->begin[runs->runs] = x;
+    runs->length[runs->runs++] = length;
+}
+
+bool noise_between_passes(const samples_t *samples, const probe_passes_t *passes, const double *line_hz, size_t lines,
+                          noise_t *noise) {
+    enum { PIECE = 2000 }; /* long enough for slow noise, and some are left out */
+    runs_t *runs = allocate(1, sizeof *runs);
+    *noise = (noise_t){.between_passes = true};
+    for (size_t i = 0; i < samples->count; i++) {
+        const recording_t *recording = &samples->recordings[i];
+        const size_t lag = passes[i].to <= recording->samples ? lag_of(&passes[i]) : 0;
+        const size_t first = passes[i].from + (size_t)ceil(passes[i].period);
+        const size_t all = lag > 0 ? passes[i].to - first - lag : 0, pieces = 1 + all / PIECE;
+        for (size_t piece = 0; piece < pieces; piece++) {
+            const size_t from = piece * all / pieces, to = (piece + 1) * all / pieces;
+            if (to - from >= LEAST_RUN + 4 * lines && runs->runs < MOST_RUNS) {
+                add_difference(runs, recording, lag, first + from, to - from, line_hz, lines);
+            }
+        }
+    }
+    return find_in_runs(runs, samples, noise);
 }
 
 /* Cuts a column into pieces, of which some may turn out to be threshold.disturbed. */

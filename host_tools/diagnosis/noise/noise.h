@@ -14,8 +14,9 @@ typedef struct {
     noise_filter_t filter;
     double sigma_um; /**< of e, the part that cannot be predicted */
     double rms_um;   /**< of x */
-    bool at_rest;    /**< found where the drive rests, so that no model is involved */
-    size_t samples;  /**< it was found in */
+    /** Found without a model: where the drive rests, or in what passes of one path differ by. */
+    bool at_rest, between_passes;
+    size_t samples; /**< it was found in */
 } noise_t;
 
 /**
@@ -24,6 +25,15 @@ typedef struct {
  * left: what a model leaves of the readings, a column, in their place; NULL: themselves.
  */
 bool noise_at_rest(const samples_t *samples, const double *left, const double *line_hz, size_t lines, noise_t *noise);
+
+/**
+ * From what the readings differ by when the drive goes its path again, less a parabola, the lines, the drive and its
+ * rate: so a gain or a lag that drifts is no noise. Passes that are far apart are compared, so that slow noise is in
+ * it, by a number of whole samples; the first pass may not have settled. passes: of each recording. false: too few
+ * samples come again.
+ */
+bool noise_between_passes(const samples_t *samples, const probe_passes_t *passes, const double *line_hz, size_t lines,
+                          noise_t *noise);
 
 /** From what a rich model has left of the residual: a column. explained: the model's columns (or NULL), which took
  * their part of the noise, too; of a slow noise most of it. */

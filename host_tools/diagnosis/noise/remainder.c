@@ -86,7 +86,8 @@ static bool more_than_noise(const columns_t *c, samples_part_t part) {
 }
 
 bool remainder_knows_noise(const samples_t *samples, const noise_t *noise) {
-    return noise->at_rest || samples_percent(samples, noise->rms_um) < threshold.most_noise_percent;
+    return noise->at_rest || noise->between_passes ||
+           samples_percent(samples, noise->rms_um) < threshold.most_noise_percent;
 }
 
 static void take_columns(columns_t *c, const double *simulated) {

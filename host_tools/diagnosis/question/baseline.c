@@ -150,8 +150,20 @@ static bool noise_of_rich_model(const samples_t *samples, const model_t *model, 
 
 bool baseline_noise(const samples_t *samples, const model_t *model, const probe_setting_t *setting, noise_t *noise,
                     failure_t *failure) {
-    return noise_at_rest(samples, NULL, setting->line_hz, setting->lines, noise) ||
-           noise_of_rich_model(samples, model, setting, noise, failure);
+    noise_t between;
+    if (noise_at_rest(samples, NULL, setting->line_hz, setting->lines, noise)) {
+        return true;
+    }
+    if (!noise_of_rich_model(samples, model, setting, noise, failure)) {
+        return false;
+    }
+    /* Either may have something in it that is no noise. */
+    if (setting->seen.passes != NULL &&
+        noise_between_passes(samples, setting->seen.passes, setting->line_hz, setting->lines, &between) &&
+        between.rms_um < noise->rms_um) {
+        *noise = between;
+    }
+    return true;
 }
 
 /* Few numbers first: a table imitates much. Then the better one. */

@@ -162,6 +162,50 @@ static void test_without_rest_there_is_none(void) {
     TEST_ASSERT_FALSE(noise_at_rest(&samples, NULL, NULL, 0, &noise));
 }
 
+/* A path of PERIOD samples, again and again: noise, beside a gain and a lag that drift, which are none. */
+static void test_noise_is_found_between_passes(void) {
+    const probe_passes_t passes = {.from = 0, .to = SAMPLES, .period = PERIOD};
+    double *drive = recording.column[COLUMN_DRIVE], *x = recording.column[COLUMN_DISPLACEMENT];
+    for (size_t i = 0; i < TRUTHS; i++) {
+        noise_t noise;
+        for (size_t k = 0; k < SAMPLES; k++) {
+            const double turns = (double)k / PERIOD, late = turns - 1e-5 * (double)k / SAMPLES;
+            drive[k] = 50.0 + 50.0 * sin(2.0 * M_PI * turns);
+            x[k] = 1.0 + (0.1 + 1e-7 * (double)k) * (50.0 + 50.0 * sin(2.0 * M_PI * late)) +
+                   3e-4 * drive[k] * drive[k] + (turns < 1.0 ? exp(-0.01 * (double)k) : 0.0);
+        }
+        add_noise(x, SAMPLES, &truths[i]);
+        TEST_ASSERT_TRUE(noise_between_passes(&samples, &passes, NULL, 0, &noise));
+        printf("memory %.2f: found %.3f, mix %.3f, sigma %.5f (%.5f), rms %.5f (%.5f), %zu samples\n", truths[i].memory,
+               noise.filter.memory, noise.filter.mix, noise.sigma_um, unpredictable_um(&truths[i]), noise.rms_um,
+               rms_um(&truths[i]), noise.samples);
+        TEST_ASSERT_TRUE(noise.between_passes && !noise.at_rest);
+        /* The first pass is not compared; of the other nine the last four are, with those four passes before. */
+        TEST_ASSERT_EQUAL_UINT64(SAMPLES / 2, noise.samples);
+        expect(&noise, &truths[i], SAMPLES / 4.0);
+    }
+}
+
+/* A period of 2.5 samples more: two of them are whole samples. One of a third has none that are. */
+static void test_passes_are_compared_by_whole_samples(void) {
+    const probe_passes_t passes[] = {{.from = 0, .to = SAMPLES, .period = 502.5},
+                                     {.from = 0, .to = SAMPLES, .period = 500.21},
+                                     {.from = 0, .to = 1400, .period = 500.0},
+                                     {.from = 0, .to = SAMPLES + 1, .period = 500.0},
+                                     {.period = 0.0}};
+    double *drive = recording.column[COLUMN_DRIVE], *x = recording.column[COLUMN_DISPLACEMENT];
+    noise_t noise;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        x[k] = drive[k] = 50.0 + 50.0 * sin(2.0 * M_PI * (double)k / 502.5);
+    }
+    add_noise(x, SAMPLES, &truths[0]);
+    TEST_ASSERT_TRUE(noise_between_passes(&samples, &passes[0], NULL, 0, &noise));
+    expect(&noise, &truths[0], 1000.0);
+    for (size_t i = 1; i < sizeof passes / sizeof passes[0]; i++) {
+        TEST_ASSERT_FALSE(noise_between_passes(&samples, &passes[i], NULL, 0, &noise));
+    }
+}
+
 /* Readings that do not move at all: the size of their noise is not known, but a filter and divisors are needed. */
 static void test_constant_readings(void) {
     noise_t noise;
@@ -321,6 +365,8 @@ int main(void) {
     RUN_TEST(test_one_disturbed_rest_is_left_out);
     RUN_TEST(test_motion_is_no_noise);
     RUN_TEST(test_without_rest_there_is_none);
+    RUN_TEST(test_noise_is_found_between_passes);
+    RUN_TEST(test_passes_are_compared_by_whole_samples);
     RUN_TEST(test_constant_readings);
     RUN_TEST(test_noise_of_a_column);
     RUN_TEST(test_slow_noise_in_short_rests);
