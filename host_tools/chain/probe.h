@@ -41,7 +41,8 @@ typedef struct {
     double drive_low_v, drive_high_v, largest_rate_v_per_s;
     double displacement_low_um, displacement_high_um;
     double sample_rate_hz, longest_s; /**< longest recording */
-    bool preloads;                    /**< the recordings differ in their preload */
+    double held_s, held_since_s; /**< how long the drive is held, 0: it is not; and how long it was when it was read */
+    bool preloads;               /**< the recordings differ in their preload */
     /** Of the recordings whose drive goes beyond the supply that was measured of the stage, the least supply; 0: of
      * none. */
     double short_supply_v;
@@ -49,8 +50,6 @@ typedef struct {
     const double *line_hz;
     size_t harmonic; /**< that these lines are taken for, of something periodic; 0: the first */
     bool strong;     /**< an effect of many times the noise is looked for: starting points that only it is worth, too */
-    const struct block *known; /**< a block of which a fit has found numbers; NULL: none */
-    const double *known_value; /**< these, one per parameter: the first of its probes */
     /** A finding in whose place a richer form of it is tried (probe_t.in_place_of), and its numbers; NULL: none. */
     const struct block *replaced;
     const double *replaced_value;

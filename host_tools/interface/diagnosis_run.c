@@ -242,12 +242,14 @@ static bool looks_held(const look_t *look, const recording_t *recording) {
     return look->drive.between == BETWEEN_HELD && !look->drive.between_given && !mean;
 }
 
-/* A lag of less than a sample may be what the drive does between two. */
+/* A lag of less than a sample may be what the drive does between two; and so may a filter that is more than a lag. */
 static bool found_short_lag(const answer_t *answer, double sample_rate_hz) {
     bool found = false;
     for (size_t i = 0; i < answer->findings; i++) {
-        const model_block_t *block = model_find(&answer->model, answer->finding[i].block->name);
-        found = found || (block != NULL && model_lag_s(block) * sample_rate_hz < 1.0);
+        const block_t *block = answer->finding[i].block;
+        const model_block_t *in_model = model_find(&answer->model, block->name);
+        found = found || (in_model != NULL && block->probe != NULL && strcmp(block->probe->group, "lag") == 0 &&
+                          (block->lag == LAG_NONE || model_lag_s(in_model) * sample_rate_hz < 1.0));
     }
     return found;
 }

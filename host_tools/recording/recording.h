@@ -71,6 +71,11 @@ typedef struct recording {
         *whole; /**< of which this is a part (diagnosis/question/excerpt.h), freed with it; NULL: it is whole */
 } recording_t;
 
+/** How long each value of the drive is held; 0: it is not. */
+static inline double recording_held_s(const recording_t *recording) {
+    return recording->held ? 1.0 / recording->sample_rate_hz : 0.0;
+}
+
 /** Reads and checks a file. On success the caller frees *recording with recording_free. */
 bool recording_read(recording_t *recording, const char *path, failure_t *failure);
 

@@ -182,6 +182,8 @@ static bool is_settled(const finding_t *finding) {
 
 bool findings_errors(answer_t *answer, failure_t *failure) {
     const question_t *question = answer->question;
+    double same_s;
+    const size_t same = joint_middle_of_same(&question->samples, &question->noise, &answer->model, &same_s);
     unsigned blocks = refitted_blocks(answer, &answer->model);
     for (size_t f = 0; f < answer->findings; f++) {
         blocks |= is_settled(&answer->finding[f]) ? 0U : 1U << finding_index(answer, &answer->finding[f]);
@@ -194,6 +196,10 @@ bool findings_errors(answer_t *answer, failure_t *failure) {
         if (!is_settled(&answer->finding[f])) {
             finding_widen(answer, f);
         }
+    }
+    if (same < answer->model.blocks && answer->model.block[same].parameter[0].sigma != NULL) {
+        double *sigma = answer->model.block[same].parameter[0].sigma;
+        *sigma = hypot(*sigma, same_s / sqrt(12.0));
     }
     return true;
 }

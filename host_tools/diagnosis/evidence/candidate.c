@@ -39,39 +39,28 @@ void candidate_create(const search_problem_t *problem, const block_t *block, con
 }
 
 /* What a probe leaves open. */
-static void take_defaults(const block_t *block, const probe_setting_t *setting, double *value) {
-    const bool known = block == setting->known;
+static void take_defaults(const block_t *block, double *value) {
     for (size_t p = 0; p < block->parameters; p++) {
-        value[p] = known                          ? setting->known_value[p]
-                   : block->parameter[p].optional ? block->parameter[p].default_value
-                                                  : 0.0;
+        value[p] = block->parameter[p].optional ? block->parameter[p].default_value : 0.0;
     }
 }
 
 bool candidate_from_look(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
     const probe_t *probe = block_search(block);
-    take_defaults(block, setting, value);
+    take_defaults(block, value);
     return probe->from_look != NULL && probe->from_look(&setting->seen, index, value);
 }
 
-/* Starting points: first those that a look has shown. */
-static bool starting_point(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
+/* First those that a look has shown. */
+bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
     size_t shown = 0;
     while (candidate_from_look(block, setting, shown, value)) {
         if (shown++ == index) {
             return true;
         }
     }
+    take_defaults(block, value);
     return block_search(block)->probe(setting, index - shown, value);
-}
-
-bool candidate_probe(const block_t *block, const probe_setting_t *setting, size_t index, double *value) {
-    const bool known = block == setting->known;
-    take_defaults(block, setting, value);
-    if (known && index == 0) {
-        return true;
-    }
-    return starting_point(block, setting, known ? index - 1 : index, value);
 }
 
 bool candidate_proportional(const block_t *block, size_t parameter) {

@@ -25,6 +25,12 @@ bool joint_fit(const samples_t *samples, const noise_t *noise, model_t *model, u
                joint_power_t *power, failure_t *failure);
 
 /**
+ * A held drive that is late is late by whole samples, unless something behind it takes its time. The delay becomes the
+ * middle of those that are the same, over *same_s. Returns its block's index; the number of blocks: there is none.
+ */
+size_t joint_middle_of_same(const samples_t *samples, const noise_t *noise, model_t *model, double *same_s);
+
+/**
  * Standard errors of these blocks' searched parameters, and of the hysteresis' single numbers, written into the model:
  * as joint_fit determines them, widened by the autocorrelation of the whitened residual (autocorrelation.h). 0 at a
  * bound, HUGE_VAL where it is larger than the number (of one searched by its logarithm) or than half its range.

@@ -22,9 +22,9 @@ double searched_low(const block_t *block, size_t parameter) {
     return (block_search(block)->positive >> parameter & 1U) != 0 ? fmax(0.0, low) : low;
 }
 
-void searched_open(searched_t *searched, model_t *model, size_t at) {
+void searched_open(searched_t *searched, model_t *model, size_t at, double held_s) {
     const block_t *block = model->block[at].block;
-    *searched = (searched_t){0};
+    *searched = (searched_t){.held_s = block->lag == LAG_DELAY ? held_s : 0.0};
     for (size_t p = 0; p < block->parameters; p++) {
         if (number_is_searched(&model->block[at], p)) {
             double *number = model->block[at].parameter[p].value;
@@ -49,7 +49,8 @@ static double changed(const searched_t *searched, size_t i, double by) {
 }
 
 double searched_nudge(const searched_t *searched, size_t i, const model_t *model, size_t at, model_t *nudged) {
-    const double by = *searched->number[i] < searched->high[i] ? nudge : -nudge;
+    const double least = searched->held_s > 0.0 ? log1p(searched->held_s / *searched->number[i]) : nudge;
+    const double by = *searched->number[i] < searched->high[i] ? least : -least;
     const size_t p = (size_t)(searched->parameter[i] - model->block[at].parameter);
     model_copy(nudged, model);
     *nudged->block[at].parameter[p].value = changed(searched, i, by);

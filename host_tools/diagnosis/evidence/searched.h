@@ -15,6 +15,7 @@ typedef struct {
     bool logarithmic[BLOCK_MAX_PARAMETERS];
     double scale[BLOCK_MAX_PARAMETERS]; /**< of one that is searched as it is */
     double kept[BLOCK_MAX_PARAMETERS];
+    double held_s; /**< a change below this may be none: a delay of a drive that is held so long; 0 elsewhere */
 } searched_t;
 
 /** Whether a parameter of a block that diagnose looks for is searched. */
@@ -27,7 +28,8 @@ bool number_is_searched(const model_block_t *block, size_t parameter);
 /** The least value at which a parameter of the block is searched. */
 double searched_low(const block_t *block, size_t parameter);
 
-void searched_open(searched_t *searched, model_t *model, size_t at);
+/** held_s: how long the drive is held, 0 where it is not (recording_held_s). */
+void searched_open(searched_t *searched, model_t *model, size_t at, double held_s);
 /** A copy of the model (to be freed) in which one of them is changed a little, for a difference. Returns by how much,
  * in its unknown's unit. `model` and `at` are those of searched_open. */
 double searched_nudge(const searched_t *searched, size_t i, const model_t *model, size_t at, model_t *nudged);

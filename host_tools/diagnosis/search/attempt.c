@@ -6,7 +6,9 @@
 #include "diagnosis/columns/sides.h"
 #include "diagnosis/evidence/candidate.h"
 #include "diagnosis/evidence/searched.h"
+#include "diagnosis/judgement/joined.h"
 #include "diagnosis/judgement/names.h"
+#include "diagnosis/judgement/no_physics.h"
 #include "diagnosis/judgement/reconsider.h"
 #include "diagnosis/judgement/refitted.h"
 #include "diagnosis/judgement/verdict.h"
@@ -56,13 +58,86 @@ static void find_steps(state_t *state) {
     }
 }
 
+static void remove_block(model_t *model, const block_t *block) {
+    model_remove(model, (size_t)(model_find(model, block->name) - model->block));
+}
+
+/* A chain with blocks that are not in the baseline, fitted again. */
+typedef struct {
+    model_t model;
+    joint_power_t power;
+    double held_out_percent;
+} refit_t;
+
+static bool fit_with(state_t *state, refit_t *refit) {
+    const question_t *question = state->answer.question;
+    double ignored;
+    return joint_fit(&question->samples, &question->noise, &refit->model, blocks_fitted(&state->answer, &refit->model),
+                     FIT_ITERATIONS, &refit->power, state->failure) &&
+           state_measure(state, &refit->model, &ignored, &refit->held_out_percent);
+}
+
+/* What one of the blocks of a chain does beside the others. *missed: the held-out samples are far worse without it. */
+static bool weigh_without(state_t *state, const refit_t *with, const block_t *block, finding_t *finding, bool *missed) {
+    const samples_t *samples = &state->answer.question->samples;
+    refit_t without;
+    *missed = !no_physics(samples, model_find(&with->model, block->name));
+    model_copy(&without.model, &with->model);
+    remove_block(&without.model, block);
+    const bool good = fit_with(state, &without);
+    model_free(&without.model);
+    if (good) {
+        const double gain = (double)samples->fitted * log(without.power.fitted / with->power.fitted);
+        *finding = (finding_t){.block = block,
+                               .t = sqrt(fmax(0.0, gain)),
+                               .t_blocks = sqrt(fmax(0.0, gain)),
+                               .certainty = NAMED,
+                               .margin = HUGE_VAL,
+                               .support = (double)samples->held * log(without.power.held / with->power.held),
+                               .held_out_before_percent = without.held_out_percent,
+                               .held_out_after_percent = with->held_out_percent};
+        *missed = *missed && finding->support > threshold.support_enough;
+    }
+    return good;
+}
+
+/* What a fit has found together is put in together: beside the others each is missed, alone it may explain nothing. If
+ * one is not missed, none is put in. */
+static bool put_together(state_t *state, const begin_t *begin) {
+    answer_t *answer = &state->answer;
+    finding_t finding[DIAGNOSIS_MOST_FINDINGS];
+    bool missed = true;
+    refit_t with;
+    model_copy(&with.model, begin->model);
+    bool good = fit_with(state, &with);
+    for (size_t i = 0; good && missed && i < begin->blocks; i++) {
+        good = weigh_without(state, &with, begin->block[i], &finding[i], &missed);
+    }
+    if (!good || !missed) {
+        model_free(&with.model);
+        return good;
+    }
+    state->found_um =
+        sqrt(fmax(0.0, state->power.fitted - with.power.fitted) / (double)answer->question->samples.fitted);
+    state_take(state, &with.model, &with.power);
+    for (size_t i = 0; i < begin->blocks; i++) {
+        findings_add(answer, &finding[i]);
+    }
+    joined_take(state);
+    return true;
+}
+
 /* A hysteresis that was fitted to an effect as well has taken a part of it. */
-static bool begin_elsewhere(state_t *state, const model_t *begin) {
+static bool begin_elsewhere(state_t *state, const begin_t *begin) {
     answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     model_free(&answer->model);
-    model_copy(&answer->model, begin);
-    return joint_power(&question->samples, &question->noise, &answer->model, &state->power, state->failure);
+    model_copy(&answer->model, begin->model);
+    for (size_t i = 0; i < begin->blocks; i++) {
+        remove_block(&answer->model, begin->block[i]);
+    }
+    return joint_power(&question->samples, &question->noise, &answer->model, &state->power, state->failure) &&
+           (begin->blocks == 0 || put_together(state, begin));
 }
 
 static bool fit_again(state_t *state) {
@@ -125,7 +200,7 @@ static bool fit_baseline(state_t *state, const model_t *given, double *missing) 
            state_measure(state, &answer->baseline, &answer->baseline_nrmse_percent, &answer->baseline_held_out_percent);
 }
 
-bool attempt_from(state_t *state, const model_t *given, const model_t *begin) {
+bool attempt_from(state_t *state, const model_t *given, const begin_t *begin) {
     answer_t *answer = &state->answer;
     bool found = true;
     double missing;

@@ -7,6 +7,9 @@
  * block. So here each block, from each of its probes, is fitted together with the hysteresis of a chain. Residuals
  * count as they are: what a model leaves says nothing about the noise then. What is so strong shows in a part: of long
  * recordings a contest uses windows (windows.h), and the winner has to stand on all samples after that.
+ *
+ * A sweep through a mode that comes late by half a turn shows neither of both alone. So the contest goes on beside what
+ * has won, as long as the next block again leaves less than contest_worth of the power.
  */
 #ifndef CONTEST_H
 #define CONTEST_H
@@ -14,11 +17,13 @@
 #include "chain/probe.h"
 #include "diagnosis/noise/samples.h"
 
-/** What leaves least. */
+enum { CONTEST_MOST_BLOCKS = 3 };
+
+/** What leaves least: these blocks, in the order in which they won, and the chain with them, fitted together. */
 typedef struct {
-    const block_t *block;
-    model_t model; /**< the chain with the block, at index `at`, fitted together */
-    size_t at;
+    size_t blocks;
+    const block_t *block[CONTEST_MOST_BLOCKS];
+    model_t model;
 } contest_winner_t;
 
 /** Among all blocks that the chain does not have. false: none leaves less than contest_worth of the standing model's

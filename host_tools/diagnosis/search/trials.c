@@ -68,7 +68,7 @@ static void prepare(trial_t *trial, const state_t *state, const question_t *ques
 }
 
 /* The work goes on from where it is. */
-static bool try_shape(state_t *state, trial_t *trial, const model_t *begin) {
+static bool try_shape(state_t *state, trial_t *trial, const begin_t *begin) {
     const bool good = attempt_from(&trial->state, trial->from, begin);
     state->progress = trial->state.progress;
     state->left = trial->state.left;
@@ -79,7 +79,7 @@ static bool try_shape(state_t *state, trial_t *trial, const model_t *begin) {
 }
 
 /* The better answer stands. One of them may not apply. */
-static void try_another(state_t *state, trial_t *trial, const model_t *begin) {
+static void try_another(state_t *state, trial_t *trial, const begin_t *begin) {
     if (try_shape(state, trial, begin)) {
         const double cost = cost_of(&trial->state.answer, trial->state.power.held);
         keep_one(state, trial, cost < cost_of(&state->answer, state->power.held));
@@ -306,7 +306,7 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
             !(next == shapes - 1 && for_curves_only && !shape_found(&state->answer))) {
             trial_t trial;
             prepare(&trial, state, answer->question, &baseline[next].model, baseline[next].family);
-            try_another(state, &trial, begin[next].blocks > 0 ? &begin[next] : NULL);
+            try_another(state, &trial, begin[next].blocks > 0 ? &(begin_t){.model = &begin[next]} : NULL);
         }
     }
     for (size_t shape = 0; shape < shapes; shape++) {
@@ -314,18 +314,11 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
     }
 }
 
-/* With the winner's hysteresis, the block of it only known. The noise that a strong mode rings into the rests is none.
- */
-static void begin_from_winner(const contest_winner_t *winner, question_t *question, state_t *state, double *known_value,
-                              model_t *begin) {
+/* The noise that a strong mode rings into the rests is none. */
+static void hear_rests(const contest_winner_t *winner, question_t *question, const state_t *state) {
     failure_t refusal;
     noise_t noise;
     double *left = samples_column(&question->samples);
-    candidate_value(&winner->model.block[winner->at], known_value);
-    state->setting.known = winner->block;
-    state->setting.known_value = known_value;
-    model_copy(begin, &winner->model);
-    model_remove(begin, winner->at);
     if (question->noise.at_rest && !question->coarse &&
         samples_simulate(&question->samples, &winner->model, left, &refusal)) {
         samples_residual(&question->samples, left, left);
@@ -336,20 +329,18 @@ static void begin_from_winner(const contest_winner_t *winner, question_t *questi
     free(left);
 }
 
-/* The search from the winner's hysteresis, on the samples as the contest shared them out. Returns whether its answer
+/* The search from the winner, on the samples as the contest shared them out. Returns whether its answer
  * stands. */
 static bool try_winner(state_t *state, const baseline_t *bank, question_t *shared, const contest_winner_t *winner) {
     trial_t trial;
-    model_t begin;
-    double known_value[BLOCK_MAX_PARAMETERS];
     bool better = false;
     prepare(&trial, state, shared, &bank->model, bank->family);
-    begin_from_winner(winner, shared, &trial.state, known_value, &begin);
-    if (try_shape(state, &trial, &begin)) {
+    hear_rests(winner, shared, &trial.state);
+    if (try_shape(state, &trial,
+                  &(begin_t){.model = &winner->model, .block = winner->block, .blocks = winner->blocks})) {
         better = trial.state.answer.held_out_percent < sqrt(threshold.contest_worth) * state->answer.held_out_percent;
         keep_one(state, &trial, better);
     }
-    model_free(&begin);
     return better;
 }
 

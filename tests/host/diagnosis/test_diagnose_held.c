@@ -82,14 +82,14 @@ static void expect_the_mode(bool alone) {
     TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, 0, &run, &failure), failure.text);
     const answer_t *answer = &run.answer;
     printf("held out %g %%, noise %g %%\n", answer->held_out_percent, answer->noise_percent);
+    for (size_t f = 0; f < answer->findings; f++) {
+        printf("found %s\n", answer->finding[f].block->name);
+    }
     if (alone) {
         TEST_ASSERT_EQUAL_INT(EXPLAINED, answer->verdict);
         TEST_ASSERT_EQUAL_UINT(1, answer->findings);
     }
     const finding_t *finding = finding_of(answer, &block_resonance);
-    for (size_t f = 0; f < answer->findings; f++) {
-        printf("found %s\n", answer->finding[f].block->name);
-    }
     TEST_ASSERT_NOT_NULL(finding);
     const model_block_t *found = &answer->model.block[finding_index(answer, finding)];
     const double truth[2] = {mode_hz, damping};
@@ -161,6 +161,39 @@ static void test_jumps_that_ring_into_the_rests(void) {
     TEST_ASSERT_TRUE(recording.held);
 }
 
+/* Nothing moves but by whole samples, so the delay is known to one of them: by the middle of it, and a third of it as
+ * standard error. */
+static void test_a_delay_of_some_samples(void) {
+    diagnosis_run_t run;
+    const size_t late = 3 + (size_t)(20.0 * random_unit(&rng));
+    double level = 0.0;
+    recording_set_key(&recording, "drive_between_samples", "held");
+    for (size_t k = 0, next = 400; k < SAMPLES; k++) {
+        if (k == next) {
+            level = 1.6 * random_unit(&rng) - 0.8;
+            next += 100 + (size_t)(100.0 * random_unit(&rng));
+        }
+        recording.column[COLUMN_DRIVE][k] = 50.0 + 50.0 * level;
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double u = k < late ? 0.0 : recording.column[COLUMN_DRIVE][k - late] / 50.0 - 1.0;
+        recording.column[COLUMN_DISPLACEMENT][k] = hysteresis_um(u) + noise_um * random_normal(&rng);
+    }
+    TEST_ASSERT_TRUE_MESSAGE(recording_align(&recording, &failure), failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(diagnosis_run(NULL, &recording, 1, 0, &run, &failure), failure.text);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, run.answer.verdict);
+    TEST_ASSERT_EQUAL_UINT(1, run.answer.findings);
+    const model_block_t *found = model_find(&run.answer.model, "transport_delay");
+    TEST_ASSERT_NOT_NULL(found);
+    const parameter_t *number = &found->parameter[0];
+    printf("%zu samples: delay %g +- %g samples\n", late, number->value[0] * rate_hz, number->sigma[0] * rate_hz);
+    /* Read as the value goes out: the delay is over late - 1 samples, and no more than late. */
+    TEST_ASSERT_DOUBLE_WITHIN(1e-6, (double)late - 0.5, number->value[0] * rate_hz);
+    /* And 2 % of it, which is the block's own accuracy. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.02, hypot(sqrt(1.0 / 12.0), 0.02 * (double)late), number->sigma[0] * rate_hz);
+    diagnosis_run_free(&run);
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_read_as_the_next_value_goes_out);
@@ -168,5 +201,6 @@ int main(void) {
     RUN_TEST(test_read_in_between);
     RUN_TEST(test_a_ring_after_one_jump);
     RUN_TEST(test_jumps_that_ring_into_the_rests);
+    RUN_TEST(test_a_delay_of_some_samples);
     return UNITY_END();
 }
