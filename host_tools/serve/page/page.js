@@ -587,7 +587,8 @@ const handlers = {
   stopping() { message("Stopping .."); },
   stopped(event) {
     message(event.why ? `The amplifier did not take the stop: ${event.why}`
-                      : `Stopped: the amplifier took it after ${Math.round(1000 * event.seconds)} ms.`, Boolean(event.why));
+                      : `Stopped: the amplifier took it after ${Math.round(1000 * event.seconds)} ms. ` +
+                        "The drive goes to rest, and the stage is switched off there.", Boolean(event.why));
     page.stops = Number(page.stops || 0) + 1;
   },
   beat() {},
