@@ -7,6 +7,7 @@
 #include "base/provenance.h"
 #include "loop/capture.h"
 #include "loop/telemetry.h"
+#include "protection/power_state.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -456,46 +457,69 @@ bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
             fail(failure, "the amplifier is on, and stores %s only while it is off: disarm it (command 10)", what));
 }
 
+/* Precharge waits for the end of a ramp, and then for its self test, in the loop's time. */
+#define PRECHARGE_S (PARKED_S + POWER_SELF_TEST_MS / 1000.0)
+
+/* From STOP on, which leads out of a fault. */
+static bool command_arm(device_t *device, failure_t *failure) {
+    return device_command(device, COMMAND_STOP, failure) &&
+           device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
+           device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure) &&
+           (device_command(device, COMMAND_ARM, failure) ||
+            fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?"));
+}
+
+/* What a sample after the arming says: that it cannot come to its end any more. */
+static bool check_arming(device_t *device, const int64_t now[REGISTER_COUNT], failure_t *failure) {
+    const int64_t power = now[INDEX_amplifier_state];
+    char faults[FAULTS_TEXT];
+    if (power == AMPLIFIER_FAULT) {
+        return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->line.port,
+                    faults_text(now[INDEX_faults_live], faults));
+    }
+    return (power != AMPLIFIER_OFF && power != AMPLIFIER_STOP) ||
+           (device_check_start(device, failure) &&
+            fail(failure, "%s: somebody else has switched the amplifier off while it was armed here",
+                 device->line.port));
+}
+
+static bool say_standstill(const device_t *device, int64_t sample, failure_t *failure) {
+    return fail(failure,
+                "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
+                device->line.port, sample);
+}
+
 bool device_arm(device_t *device, failure_t *failure) {
-    int64_t now[REGISTER_COUNT];
-    if (!device_command(device, COMMAND_STOP, failure) ||
-        !device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
-        !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
-        return false;
-    }
-    if (write_register(device, INDEX_command, COMMAND_ARM, TRIES, failure) != LINE_DONE) {
-        return fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?");
-    }
+    int64_t now[REGISTER_COUNT], first;
     /* Telemetry is of the newest sample, which may be older than the command: only what a later one says counts. */
-    if (!device_read(device, INDEX_sequence, &now[INDEX_sequence], failure)) {
+    if (!command_arm(device, failure) || !device_read(device, INDEX_sequence, &first, failure)) {
         return false;
     }
-    int64_t samples = now[INDEX_sequence];
-    for (double until_s = monotonic_s() + STANDSTILL_S; monotonic_s() < until_s;) {
+    const double most = PRECHARGE_S * device_sample_rate_hz(device);
+    int64_t sample = first;
+    for (double until_s = monotonic_s() + STANDSTILL_S; (double)samples_between(first, sample) < most;) {
         sleep_until(monotonic_s() + 0.02);
         if (!device_read_span(device, INDEX_sequence, INDEX_amplifier_state, now, failure)) {
             return false;
         }
-        if (now[INDEX_sequence] == samples) {
+        if (now[INDEX_sequence] == sample) {
+            if (monotonic_s() > until_s) {
+                return say_standstill(device, sample, failure);
+            }
             continue;
         }
-        if (now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-            char faults[FAULTS_TEXT];
-            return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->line.port,
-                        faults_text(now[INDEX_faults_live], faults));
-        }
-        if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
-            return true;
-        }
-        if (now[INDEX_amplifier_state] == AMPLIFIER_OFF && !device_check_start(device, failure)) {
+        if (!check_arming(device, now, failure)) {
             return false;
         }
-        samples = now[INDEX_sequence];
+        if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE) {
+            return true;
+        }
+        sample = now[INDEX_sequence];
         until_s = monotonic_s() + STANDSTILL_S;
     }
     return fail(failure,
-                "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
-                device->line.port, samples);
+                "%s: the amplifier is still in precharge after %g s of its time: does somebody else arm it anew?",
+                device->line.port, PRECHARGE_S);
 }
 
 bool device_start(device_t *device, failure_t *failure) {

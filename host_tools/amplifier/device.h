@@ -119,7 +119,8 @@ bool device_expect_off(device_t *device, const char *what, failure_t *failure);
 
 /**
  * Makes the amplifier ready to move: out of a fault if there is one, unlocked, communication timeout long enough for
- * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started.
+ * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started,
+ * and when somebody else disarms it meanwhile.
  */
 bool device_arm(device_t *device, failure_t *failure);
 
