@@ -7,7 +7,6 @@
 #include "base/provenance.h"
 #include "loop/capture.h"
 #include "loop/telemetry.h"
-#include "protection/power_state.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -457,8 +456,8 @@ bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
             fail(failure, "the amplifier is on, and stores %s only while it is off: disarm it (command 10)", what));
 }
 
-/* Precharge waits for the end of a ramp, and then for its self test, in the loop's time. */
-#define PRECHARGE_S (PARKED_S + POWER_SELF_TEST_MS / 1000.0)
+/* Precharge waits for the end of a ramp, and then for its self test, 1 s at most, in the loop's time (REGISTERS). */
+#define PRECHARGE_S (PARKED_S + 1.0)
 
 /* From STOP on, which leads out of a fault. */
 static bool command_arm(device_t *device, failure_t *failure) {

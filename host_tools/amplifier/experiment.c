@@ -305,10 +305,14 @@ static unsigned long passes_of(const waveform_t *w) {
     return w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles;
 }
 
+size_t experiment_rows_most(const device_t *device, unsigned long frames, bool probe) {
+    const size_t most = (size_t)device_identity(device, INDEX_capture_capacity);
+    return probe ? UINT16_MAX : frames > 0 && frames < most ? frames : most;
+}
+
 static bool fit_into_buffer(const device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
     const double samples = waveform_samples(&experiment->waveform, device_sample_rate_hz(device));
-    const double most = (double)device_identity(device, INDEX_capture_capacity);
-    const double capacity = experiment->frames > 0 ? fmin((double)experiment->frames, most) : most;
+    const double capacity = (double)experiment_rows_most(device, experiment->frames, false);
     const double decimation = ceil(samples / capacity);
     if (decimation > UINT16_MAX) {
         return fail(failure, "the waveform lasts %.0f s; the amplifier captures at most %.0f s",

@@ -4,6 +4,7 @@
 #define RUNS_H
 
 #include "amplifier/experiment.h"
+#include "recording/reserved_output.h"
 #include "serve/line_keeper.h"
 #include <jansson.h>
 
@@ -23,7 +24,8 @@ typedef struct {
     unsigned long frames;
     /** The image to push; the recording to write; with two tracks that before and that after. */
     char path[2][RUNS_PATH];
-    json_t *result; /**< afterwards: what the page shows; to be dropped */
+    reserved_output_t file[2]; /**< of these, while it runs */
+    json_t *result;            /**< afterwards: what the page shows; to be dropped */
 } run_request_t;
 
 /** Reads the settings of a message {"do": "record" ...}, but no names of files. */

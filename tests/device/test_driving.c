@@ -12,12 +12,17 @@
 #include "recording/recording.h"
 #include "simulated_device.h"
 #include "unity.h"
+#include <glob.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 void setUp(void) {
+    TEST_ASSERT_EQUAL_INT(0, setenv("TMPDIR", ".", 1)); /* of what finds no room */
     command_at_line_open();
 }
 
@@ -124,6 +129,65 @@ static void test_a_recording_that_cannot_be_written_parks(void) {
     expect_error("/dev/full: ");
     expect_error("; the drive is stopped and parked");
     expect_parked_by_command();
+}
+
+/* Behind the words that name it: where the recording is. */
+static void expect_recording_elsewhere(const char *ending, size_t samples, int column) {
+    static const char words[] = "what was recorded is in ";
+    recording_t recording;
+    char path[200] = "";
+    const char *const at = strstr(errors, words);
+    TEST_ASSERT_NOT_NULL_MESSAGE(at, errors);
+    TEST_ASSERT_EQUAL_INT(1, sscanf(at + strlen(words), "%199[^;\n]", path));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(path, ending), path);
+    must(recording_read(&recording, path, &failure));
+    TEST_ASSERT_EQUAL_UINT(samples, recording.samples);
+    TEST_ASSERT_NOT_NULL(recording.column[column]);
+    recording_free(&recording);
+    (void)remove(path);
+    *strrchr(path, '/') = '\0';
+    TEST_ASSERT_EQUAL_INT(0, rmdir(path)); /* it has a folder for itself */
+}
+
+static void test_a_recording_that_has_no_room_at_its_end_is_written_elsewhere(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "-f",        "10",
+                                         "-n",     "1",          "-o",   "/dev/full", NULL};
+    static const char *const track[] = {"track", "--waveform", "sine",   "-f", "10",        "-n",
+                                        "1",     "-m",         "linear", "-o", "/dev/full", NULL};
+    start(record);
+    (void)end();
+    expect_error("/dev/full: could not be written: No space left on device; what was recorded is in ./hyst-");
+    expect_recording_elsewhere("/recording.csv", 1000, COLUMN_DRIVE);
+    expect_parked_by_command();
+    start(track);
+    (void)end();
+    expect_recording_elsewhere("/recording.csv", 1000, COLUMN_REFERENCE);
+    expect_parked_by_command();
+}
+
+/* Files are limited to what the recording cannot be. */
+static void test_a_disk_without_room_is_said_before_anything_moves(void) {
+    static const char *const commands[][12] = {
+        {"record", "--waveform", "sine", "-n", "1", "-o", "room.csv", NULL},
+        {"record", "--probe", "creep", "-o", "room.h5", NULL},
+        {"track", "--waveform", "sine", "-n", "1", "--both", "-o", "room.csv", NULL}};
+    struct rlimit before, limit;
+    glob_t parts;
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &before));
+    limit = before;
+    limit.rlim_cur = 10000;
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        (void)signal(SIGXFSZ, SIG_IGN);
+        TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
+        start(commands[i]);
+        TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &before));
+        (void)signal(SIGXFSZ, SIG_DFL);
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+        expect_error(": no room for a recording of up to ");
+        TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->starts);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(GLOB_NOMATCH, glob(".hyst-*.part", 0, NULL, &parts), "a part is left");
+    }
 }
 
 /* All of it had been read when the last request was lost. */
@@ -455,6 +519,8 @@ int main(void) {
     RUN_TEST(test_a_killed_host_leaves_the_amplifier_to_park_by_itself);
     RUN_TEST(test_an_error_parks);
     RUN_TEST(test_a_recording_that_cannot_be_written_parks);
+    RUN_TEST(test_a_recording_that_has_no_room_at_its_end_is_written_elsewhere);
+    RUN_TEST(test_a_disk_without_room_is_said_before_anything_moves);
     RUN_TEST(test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed);
     RUN_TEST(test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself);
     RUN_TEST(test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was);
