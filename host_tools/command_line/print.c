@@ -97,6 +97,15 @@ void device_print_fault(device_t *device) {
     }
 }
 
+void device_print_driven(device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored;
+    if (device_read_telemetry(device, now, &ignored) && now[INDEX_state] != LOOP_PARKED) {
+        (void)fprintf(stderr, "note: the amplifier is driven, in mode %s: the image takes over meanwhile\n",
+                      mode_name(now[INDEX_active_mode]));
+    }
+}
+
 void out_of_memory_print(size_t count, size_t size) {
     fprintf(stderr, "hyst: out of memory (%zu elements of %zu bytes)\n", count, size);
     exit(STATUS_FAILED);

@@ -347,7 +347,7 @@ static void test_where_an_amplifier_answers_that_did_not(void) {
 }
 
 /* Requests of a change on a good line, at most; the last ones write and command. */
-enum { FIRST_WRITE = 8, REQUESTS_OF_A_CHANGE = 13 };
+enum { FIRST_WRITE = 9, REQUESTS_OF_A_CHANGE = 14 };
 
 /* Any one answer is lost, that to the command too, after which the amplifier is elsewhere: it is found. */
 static void test_a_lost_answer_does_not_lose_the_amplifier(void) {

@@ -451,6 +451,58 @@ static void test_stop_says_what_the_drive_does(void) {
     TEST_ASSERT_NULL_MESSAGE(strstr(said, "holds"), said);
 }
 
+/* What makes safe works with a map of another version, as command keeps its place and these codes. */
+static void test_stop_and_park_take_any_register_map(void) {
+    static const char *const stop[] = {"stop", NULL};
+    static const char *const off[] = {"park", "--off", "--json", NULL};
+    take_line();
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure) &&
+         device_write(device, INDEX_source, SOURCE_SINE, &failure) &&
+         device_write(device, INDEX_source_amplitude, 1 << 30, &failure) &&
+         device_write(device, INDEX_source_increment, 1 << 20, &failure) &&
+         device_write(device, INDEX_source_cycles, 0, &failure) && device_command(device, COMMAND_START, &failure));
+    leave_line();
+    simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more */
+    run_and_read(stop);
+    TEST_ASSERT_EQUAL_STRING("the amplifier has taken the command; what it does now is not read: its register map "
+                             "version 5 is unknown here\n",
+                             said);
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_IDLE, value_of(INDEX_state));
+    leave_line();
+    simulated_device_fault(LINE_LIES, 1, 2);
+    run_and_read(off);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "\"state\": null"), said);
+    take_line();
+    expect_goes_off();
+    leave_line();
+}
+
+/* Another master drives, with keys that it has written itself: they are its own after a push, too. */
+static void test_a_push_leaves_the_keys_to_who_drives(void) {
+    static const char *const image[] = {"pull", "-o", "pushed.image", NULL};
+    static const char *const pushes[] = {"push", "pushed.image", NULL};
+    start(image);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    for (int driven = 1; driven >= 0; driven--) {
+        take_line();
+        must(device_write(device, INDEX_mode, driven ? HYST_MODE_DIRECT : HYST_MODE_PARK, &failure));
+        device_forget_locks(device);
+        leave_line();
+        start(pushes);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+        if (driven) {
+            expect_error("note: the amplifier is driven, in mode direct: the image takes over meanwhile");
+        } else {
+            TEST_ASSERT_EQUAL_STRING("", errors);
+        }
+        device = device_open(&options, &failure);
+        TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+        TEST_ASSERT_EQUAL_INT64(driven ? CONTROL_PARAMETERS | CONTROL_OUTPUT : 0, value_of(INDEX_unlocked));
+        leave_line();
+    }
+}
+
 static void test_a_run_after_a_trip_says_which(void) {
     static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/null", NULL};
     take_line();
@@ -532,6 +584,8 @@ int main(void) {
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_park_switches_off_when_it_is_to);
     RUN_TEST(test_stop_says_what_the_drive_does);
+    RUN_TEST(test_stop_and_park_take_any_register_map);
+    RUN_TEST(test_a_push_leaves_the_keys_to_who_drives);
     RUN_TEST(test_a_run_after_a_trip_says_which);
     RUN_TEST(test_monitor_notes_a_restart);
     RUN_TEST(test_a_restart_leaves_no_recording);
