@@ -142,7 +142,11 @@ static bool run(line_keeper_t *keeper, device_t *device, run_request_t *request,
     for (size_t i = 0; good && i < files; i++) {
         good = reserved_output_open(&request->file[i], request->path[i], rows, failure);
     }
+    request->left = driving_fault(device);
     good = good && (one ? record(keeper, device, request, failure) : track(device, request, failure));
+    if (!good) {
+        driving_fault_recheck(device, &request->left);
+    }
     for (size_t i = 0; i < files; i++) {
         reserved_output_close(&request->file[i]);
     }
