@@ -157,13 +157,22 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     return ok;
 }
 
+/* So that what is printed of the lowest frequency is not below it. */
+#define PRINTED 1.00001
+
 /* Phase step of this frequency. */
 static bool increment_of(const device_t *device, double frequency_hz, int64_t *increment, failure_t *failure) {
     const double turns = round(frequency_hz / device_sample_rate_hz(device) * 4294967296.0);
+    const double rate_hz = device_sample_rate_hz(device);
     *increment = (int64_t)turns;
-    return (turns >= 1.0 && turns <= 2147483648.0) ||
-           fail(failure, "a sine of %g Hz cannot be played at %g samples per second", frequency_hz,
-                device_sample_rate_hz(device));
+    if (turns < 1.0) {
+        return fail(failure, "a sine of %g Hz cannot be played at %g samples per second: the lowest frequency is %g Hz",
+                    frequency_hz, rate_hz, PRINTED * 0x1p-32 * rate_hz);
+    }
+    /* Two samples a period are all at the middle of a sine, or at any share of a tone's amplitude. */
+    return turns < 0x1p31 ||
+           fail(failure, "a sine of %g Hz cannot be played at %g samples per second: only below half of that",
+                frequency_hz, rate_hz);
 }
 
 /* What sines, sweeps and multisines have in common. */
@@ -258,9 +267,6 @@ static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst
     const size_t corners = waveform_breakpoints(w, device_sample_rate_hz(device), corner);
     return load_breakpoints(device, image, mode, corner, corners, passes, failure);
 }
-
-/* So that what is printed of the lowest frequency is not below it. */
-#define PRINTED 1.00001
 
 /* The amplifier would take a line of no sample for one of one, and play another frequency. */
 static bool check_polygon(const device_t *device, const waveform_t *w, failure_t *failure) {

@@ -132,7 +132,8 @@ static int check(settings_t *s) {
     if (s->listen > 65535) {
         return usage_error(&command_serve, "--listen %lu: outside 0..65535", s->listen);
     }
-    return s->bench ? twin_options_check(&command_serve, &s->twin) : OPTIONS_RUN;
+    const int status = s->bench ? twin_options_check(&command_serve, &s->twin) : OPTIONS_RUN;
+    return s->bench && status == OPTIONS_RUN ? twin_rate_check(&command_serve, &s->twin, s->image) : status;
 }
 
 static int run(int argc, char **argv) {

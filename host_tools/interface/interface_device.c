@@ -334,6 +334,7 @@ char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hy
                                      "after_s", &settings.after_s, "for_s", &for_s);
     json_decref(json);
     if (json == NULL || !guard_settings_check(&settings, interface_failure()) ||
+        (for_s < 0.0 && !fail(interface_failure(), "--for %g: must not be negative", for_s)) ||
         !amplifier_image_read(device->device, &device->image, interface_failure())) {
         return NULL;
     }

@@ -274,8 +274,8 @@ class AtTheAmplifier(unittest.TestCase):
     def test_what_cannot_be_played_is_refused_before_it_moves(self):
         with self.amplifier() as amplifier:
             amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
-            for options in {"frequency": 6000}, {"frequency": 1e9}:
-                with self.assertRaisesRegex(hyst.Error, "^[^;]* cannot be played at 10000 samples per second$"):
+            for options in {"frequency": 5000}, {"frequency": 6000}, {"frequency": 1e9}:
+                with self.assertRaisesRegex(hyst.Error, "^[^;]* cannot be played at 10000 samples per second: only below half of that$"):
                     amplifier.record("sine", **options)
             with self.assertRaisesRegex(hyst.Error, "^[^;]*fewer than two samples$"):
                 amplifier.track("sine", frames=1)
@@ -316,6 +316,8 @@ class AtTheAmplifier(unittest.TestCase):
                 amplifier.record("sweep", frequency=10, end_frequency=-1, **RANGES)
             with self.assertRaisesRegex(hyst.Error, "--times 1: must be above 1"):
                 amplifier.watch(times=1)
+            with self.assertRaisesRegex(hyst.Error, "--for -5: must not be negative"):
+                amplifier.watch(seconds=-5)
             with self.assertRaisesRegex(hyst.Error, "the record up to 600 s"):
                 amplifier.watch(after=1000)
 
