@@ -81,7 +81,11 @@ static void print_numbers(void) {
            "Drive and position are fractions of their converter's half range around its middle. What that is in volts "
            "and micrometres only the image in force says, in its words 5 to 8: drive in microvolts = word 5 + word 6 * "
            "fraction, position in picometres = word 7 + word 8 * fraction.\n\n"
-           "A client reads `magic` and `abi` first and stops at a number it does not know.\n\n");
+           "A client reads `magic` and `abi` first and stops at a number it does not know. What makes safe it may "
+           "write all\n"
+           "the same: `magic`, `abi` and `command` keep their addresses in every version of the map, and the commands "
+           "3 (stop),\n"
+           "7 (park) and, from version 2 on, 10 (disarm) their meaning.\n\n");
 }
 
 static void print_registers(uint16_t from, uint32_t to) {

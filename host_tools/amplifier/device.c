@@ -25,7 +25,9 @@
 struct device {
     serial_line_t line;
     int64_t identity[REGISTER_COUNT]; /* magic to serial_low are filled */
+    bool map_known;                   /* otherwise identity has magic and abi alone */
     unsigned unlocked;                /* by device_unlock */
+    bool keys_stay;                   /* another master drives with keys that it has written */
     int64_t seen[REGISTER_COUNT];     /* starts, events and sequence, as last read: the last two only grow in a start */
     bool starts_known;
 };
@@ -84,9 +86,8 @@ static line_outcome_t read_expected(device_t *device, int which, uint16_t expect
 }
 
 /* silent: set when the first request had no answer at all. */
-static bool check_identity(device_t *device, bool *silent, failure_t *failure) {
+static bool check_magic(device_t *device, bool *silent, failure_t *failure) {
     uint16_t magic = 0;
-    uint16_t abi = 0;
     switch (read_expected(device, INDEX_magic, REGISTERS_MAGIC, &magic, silent, failure)) {
     case LINE_DONE:
         break;
@@ -95,15 +96,24 @@ static bool check_identity(device_t *device, bool *silent, failure_t *failure) {
     default:
         return false;
     }
-    if (magic != REGISTERS_MAGIC) {
-        return fail(failure, "%s is not a hyst amplifier: register magic is 0x%04X, not 0x%04X", device->line.port,
-                    (unsigned)magic, (unsigned)REGISTERS_MAGIC);
-    }
-    /* The place of these two is the same in every version; that of the others is not. */
-    if (read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, NULL, failure) != LINE_DONE) {
+    device->identity[INDEX_magic] = magic;
+    return magic == REGISTERS_MAGIC || fail(failure, "%s is not a hyst amplifier: register magic is 0x%04X, not 0x%04X",
+                                            device->line.port, (unsigned)magic, (unsigned)REGISTERS_MAGIC);
+}
+
+/* Only magic, abi and what makes safe mean the same in every version of the map (registers.def). */
+static bool check_identity(device_t *device, bool any_map, bool *silent, failure_t *failure) {
+    uint16_t abi = 0;
+    if (!check_magic(device, silent, failure) ||
+        read_expected(device, INDEX_abi, REGISTERS_ABI, &abi, NULL, failure) != LINE_DONE) {
         return false;
     }
-    if (abi != REGISTERS_ABI) {
+    device->identity[INDEX_abi] = abi;
+    device->map_known = abi == REGISTERS_ABI;
+    if (!device->map_known && any_map) {
+        return true;
+    }
+    if (!device->map_known) {
         return fail(failure, "%s: register map version %u is unknown here (known: %d): upgrade %s", device->line.port,
                     (unsigned)abi, REGISTERS_ABI, abi > REGISTERS_ABI ? "hyst" : "the amplifier's firmware");
     }
@@ -153,19 +163,33 @@ static void say_where(const device_options_t *options, failure_t *failure) {
     }
 }
 
-device_t *device_open(const device_options_t *options, failure_t *failure) {
+static device_t *open_device(const device_options_t *options, bool any_map, failure_t *failure) {
     device_t *device = allocate(1, sizeof *device);
     bool silent = false;
-    if (!serial_line_open(&device->line, options, failure) || !check_identity(device, &silent, failure)) {
+    if (!serial_line_open(&device->line, options, failure) || !check_identity(device, any_map, &silent, failure)) {
         device_close(device);
         if (silent && options->look_elsewhere) {
             say_where(options, failure);
         }
         return NULL;
     }
-    note_device(device);
-    device_note_start(device);
+    if (device->map_known) {
+        note_device(device);
+        device_note_start(device);
+    }
     return device;
+}
+
+device_t *device_open(const device_options_t *options, failure_t *failure) {
+    return open_device(options, false, failure);
+}
+
+device_t *device_open_any_map(const device_options_t *options, failure_t *failure) {
+    return open_device(options, true, failure);
+}
+
+bool device_map_known(const device_t *device) {
+    return device->map_known;
 }
 
 /* Not by transfer, which asks for it. Older firmware refuses it. */
@@ -230,12 +254,12 @@ static line_outcome_t write_register(device_t *device, int which, int64_t value,
 
 void device_lock(device_t *device) {
     failure_t ignored;
-    if (device->unlocked != 0) {
+    if (device->unlocked != 0 && !device->keys_stay) {
         device_clean_up_begin(device);
         (void)write_register(device, INDEX_unlock, 0, 1, &ignored);
         device_clean_up_end(device);
-        device->unlocked = 0;
     }
+    device->unlocked = 0;
 }
 
 void device_forget_locks(device_t *device) {
@@ -381,11 +405,27 @@ bool device_write_span(device_t *device, int first, int last, const int64_t *val
     return write_span(device, first, last, value, TRIES, failure) == LINE_DONE;
 }
 
+/* Who drives with keys that it has written would lose them where this one locks again. */
+static bool find_keys(device_t *device, failure_t *failure) {
+    int64_t unlocked = 0, state = LOOP_PARKED;
+    if (!device_read(device, INDEX_unlocked, &unlocked, failure) ||
+        (unlocked != 0 && !device_read(device, INDEX_state, &state, failure))) {
+        return false;
+    }
+    device->keys_stay = unlocked != 0 && state != LOOP_PARKED;
+    return true;
+}
+
 bool device_unlock(device_t *device, unsigned what, failure_t *failure) {
     static const struct {
         unsigned what;
         int64_t key;
     } keys[] = {{CONTROL_PARAMETERS, CONTROL_KEY_PARAMETERS}, {CONTROL_OUTPUT, CONTROL_KEY_OUTPUT}};
+    if ((what & CONTROL_OUTPUT) != 0) {
+        device->keys_stay = false; /* it is this one that drives now */
+    } else if (device->unlocked == 0 && !find_keys(device, failure)) {
+        return false;
+    }
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         if ((what & keys[i].what) != 0) {
             if (!device_write(device, INDEX_unlock, keys[i].key, failure)) {
@@ -456,46 +496,69 @@ bool device_expect_off(device_t *device, const char *what, failure_t *failure) {
             fail(failure, "the amplifier is on, and stores %s only while it is off: disarm it (command 10)", what));
 }
 
+/* Precharge waits for the end of a ramp, and then for its self test, 1 s at most, in the loop's time (REGISTERS). */
+#define PRECHARGE_S (PARKED_S + 1.0)
+
+/* From STOP on, which leads out of a fault. */
+static bool command_arm(device_t *device, failure_t *failure) {
+    return device_command(device, COMMAND_STOP, failure) &&
+           device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) &&
+           device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure) &&
+           (device_command(device, COMMAND_ARM, failure) ||
+            fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?"));
+}
+
+/* What a sample after the arming says: that it cannot come to its end any more. */
+static bool check_arming(device_t *device, const int64_t now[REGISTER_COUNT], failure_t *failure) {
+    const int64_t power = now[INDEX_amplifier_state];
+    char faults[FAULTS_TEXT];
+    if (power == AMPLIFIER_FAULT) {
+        return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->line.port,
+                    faults_text(now[INDEX_faults_live], faults));
+    }
+    return (power != AMPLIFIER_OFF && power != AMPLIFIER_STOP) ||
+           (device_check_start(device, failure) &&
+            fail(failure, "%s: somebody else has switched the amplifier off while it was armed here",
+                 device->line.port));
+}
+
+static bool say_standstill(const device_t *device, int64_t sample, failure_t *failure) {
+    return fail(failure,
+                "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
+                device->line.port, sample);
+}
+
 bool device_arm(device_t *device, failure_t *failure) {
-    int64_t now[REGISTER_COUNT];
-    if (!device_command(device, COMMAND_STOP, failure) ||
-        !device_unlock(device, CONTROL_PARAMETERS | CONTROL_OUTPUT, failure) ||
-        !device_write(device, INDEX_watchdog, device_communication_timeout_ms(device), failure)) {
-        return false;
-    }
-    if (write_register(device, INDEX_command, COMMAND_ARM, TRIES, failure) != LINE_DONE) {
-        return fail_in(failure, "the amplifier cannot be armed: was an image pushed since it started?");
-    }
+    int64_t now[REGISTER_COUNT], first;
     /* Telemetry is of the newest sample, which may be older than the command: only what a later one says counts. */
-    if (!device_read(device, INDEX_sequence, &now[INDEX_sequence], failure)) {
+    if (!command_arm(device, failure) || !device_read(device, INDEX_sequence, &first, failure)) {
         return false;
     }
-    int64_t samples = now[INDEX_sequence];
-    for (double until_s = monotonic_s() + STANDSTILL_S; monotonic_s() < until_s;) {
+    const double most = PRECHARGE_S * device_sample_rate_hz(device);
+    int64_t sample = first;
+    for (double until_s = monotonic_s() + STANDSTILL_S; (double)samples_between(first, sample) < most;) {
         sleep_until(monotonic_s() + 0.02);
         if (!device_read_span(device, INDEX_sequence, INDEX_amplifier_state, now, failure)) {
             return false;
         }
-        if (now[INDEX_sequence] == samples) {
+        if (now[INDEX_sequence] == sample) {
+            if (monotonic_s() > until_s) {
+                return say_standstill(device, sample, failure);
+            }
             continue;
         }
-        if (now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-            char faults[FAULTS_TEXT];
-            return fail(failure, "%s: the amplifier trips as soon as it is armed: %s", device->line.port,
-                        faults_text(now[INDEX_faults_live], faults));
-        }
-        if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE && now[INDEX_amplifier_state] != AMPLIFIER_OFF) {
-            return true;
-        }
-        if (now[INDEX_amplifier_state] == AMPLIFIER_OFF && !device_check_start(device, failure)) {
+        if (!check_arming(device, now, failure)) {
             return false;
         }
-        samples = now[INDEX_sequence];
+        if (now[INDEX_amplifier_state] != AMPLIFIER_PRECHARGE) {
+            return true;
+        }
+        sample = now[INDEX_sequence];
         until_s = monotonic_s() + STANDSTILL_S;
     }
     return fail(failure,
-                "%s: the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
-                device->line.port, samples);
+                "%s: the amplifier is still in precharge after %g s of its time: does somebody else arm it anew?",
+                device->line.port, PRECHARGE_S);
 }
 
 bool device_start(device_t *device, failure_t *failure) {

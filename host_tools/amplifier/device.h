@@ -23,6 +23,11 @@ typedef struct device device_t;
 /** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. Where
  * none does and the options say so, the line names the settings at which one does (line_search.h). */
 device_t *device_open(const device_options_t *options, failure_t *failure);
+/** The same, also with an amplifier whose register map has another version. Then only device_command with COMMAND_STOP,
+ * COMMAND_PARK and COMMAND_DISARM is of use, which mean the same in every version. */
+device_t *device_open_any_map(const device_options_t *options, failure_t *failure);
+/** Whether it has the version that is known here. */
+bool device_map_known(const device_t *device);
 /** NULL is allowed. */
 void device_close(device_t *device);
 
@@ -99,7 +104,8 @@ bool device_registers_per_sample(device_t *device, double *registers, failure_t 
 bool device_unlock(device_t *device, unsigned what, failure_t *failure);
 
 /** Locks it again, if device_unlock was called; device_close does, too. As far as it can be done: a line that is gone
- * has no locks. */
+ * has no locks. Where another master was driving with its keys when the parameters alone were unlocked here, they are
+ * left to it, those of the parameters, too. */
 void device_lock(device_t *device);
 
 /** Leaves the locks as they are: the amplifier no longer answers at these settings. */
@@ -119,7 +125,8 @@ bool device_expect_off(device_t *device, const char *what, failure_t *failure);
 
 /**
  * Makes the amplifier ready to move: out of a fault if there is one, unlocked, communication timeout long enough for
- * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started.
+ * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started,
+ * and when somebody else disarms it meanwhile.
  */
 bool device_arm(device_t *device, failure_t *failure);
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/driving.h"
-#include "amplifier/mode_names.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "loop/telemetry.h"
 #include <math.h>
+#include <stdio.h>
 
 /* As a good run ends: to park, and then off. The first failure remains the one that is reported, unless a restart of
  * the amplifier is the cause; what parks it comes before that is looked at. */
@@ -52,6 +52,25 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
     }
     device_lock(device);
     return good;
+}
+
+driving_fault_t driving_fault(device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    driving_fault_t fault = {""};
+    failure_t ignored;
+    char faults[FAULTS_TEXT];
+    if (device_read_telemetry(device, now, &ignored) && now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
+        const int64_t cause = now[INDEX_trip_cause] > 0 ? INT64_C(1) << (now[INDEX_trip_cause] - 1) : 0;
+        (void)snprintf(fault.text, sizeof fault.text, "the amplifier had tripped (%s); this leads it out of that fault",
+                       faults_text(cause, faults));
+    }
+    return fault;
+}
+
+void driving_fault_recheck(device_t *device, driving_fault_t *fault) {
+    if (fault->text[0] != '\0' && driving_fault(device).text[0] != '\0') {
+        fault->text[0] = '\0';
+    }
 }
 
 /* A command takes effect with the next sample; an emulated amplifier may take its time for that. */

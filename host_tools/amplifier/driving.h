@@ -11,6 +11,7 @@
 #define DRIVING_H
 
 #include "amplifier/device.h"
+#include "amplifier/mode_names.h"
 
 typedef struct {
     bool (*play)(device_t *device, void *context, failure_t *failure);
@@ -28,6 +29,17 @@ typedef struct {
  * Returns whether all is well.
  */
 bool driving_run(device_t *device, const driving_t *driving, failure_t *failure);
+
+/** A line about the fault that something leads the amplifier out of; "": none. */
+typedef struct {
+    char text[100 + FAULTS_TEXT];
+} driving_fault_t;
+
+/** Before what leads out of a fault: which it is. A line that fails fails in the next request. */
+driving_fault_t driving_fault(device_t *device);
+
+/** After something that failed: none, if the amplifier is still in it. */
+void driving_fault_recheck(device_t *device, driving_fault_t *fault);
 
 /**
  * COMMAND_STOP, COMMAND_PARK or COMMAND_DISARM for an amplifier that was left driven. Waits until its loop no longer

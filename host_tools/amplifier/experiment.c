@@ -157,13 +157,22 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     return ok;
 }
 
+/* So that what is printed of the lowest frequency is not below it. */
+#define PRINTED 1.00001
+
 /* Phase step of this frequency. */
 static bool increment_of(const device_t *device, double frequency_hz, int64_t *increment, failure_t *failure) {
     const double turns = round(frequency_hz / device_sample_rate_hz(device) * 4294967296.0);
+    const double rate_hz = device_sample_rate_hz(device);
     *increment = (int64_t)turns;
-    return (turns >= 1.0 && turns <= 2147483648.0) ||
-           fail(failure, "a sine of %g Hz cannot be played at %g samples per second", frequency_hz,
-                device_sample_rate_hz(device));
+    if (turns < 1.0) {
+        return fail(failure, "a sine of %g Hz cannot be played at %g samples per second: the lowest frequency is %g Hz",
+                    frequency_hz, rate_hz, PRINTED * 0x1p-32 * rate_hz);
+    }
+    /* Two samples a period are all at the middle of a sine, or at any share of a tone's amplitude. */
+    return turns < 0x1p31 ||
+           fail(failure, "a sine of %g Hz cannot be played at %g samples per second: only below half of that",
+                frequency_hz, rate_hz);
 }
 
 /* What sines, sweeps and multisines have in common. */
@@ -259,9 +268,6 @@ static bool load_waveform(device_t *device, const hyst_parameters_t *image, hyst
     return load_breakpoints(device, image, mode, corner, corners, passes, failure);
 }
 
-/* So that what is printed of the lowest frequency is not below it. */
-#define PRINTED 1.00001
-
 /* The amplifier would take a line of no sample for one of one, and play another frequency. */
 static bool check_polygon(const device_t *device, const waveform_t *w, failure_t *failure) {
     breakpoint_t corner[WAVEFORM_MAX_BREAKPOINTS] = {0};
@@ -305,10 +311,14 @@ static unsigned long passes_of(const waveform_t *w) {
     return w->kind == WAVEFORM_TRIANGLE ? 1UL : w->cycles;
 }
 
+size_t experiment_rows_most(const device_t *device, unsigned long frames, bool probe) {
+    const size_t most = (size_t)device_identity(device, INDEX_capture_capacity);
+    return probe ? UINT16_MAX : frames > 0 && frames < most ? frames : most;
+}
+
 static bool fit_into_buffer(const device_t *device, const experiment_t *experiment, run_t *run, failure_t *failure) {
     const double samples = waveform_samples(&experiment->waveform, device_sample_rate_hz(device));
-    const double most = (double)device_identity(device, INDEX_capture_capacity);
-    const double capacity = experiment->frames > 0 ? fmin((double)experiment->frames, most) : most;
+    const double capacity = (double)experiment_rows_most(device, experiment->frames, false);
     const double decimation = ceil(samples / capacity);
     if (decimation > UINT16_MAX) {
         return fail(failure, "the waveform lasts %.0f s; the amplifier captures at most %.0f s",

@@ -29,6 +29,9 @@ typedef struct {
  * functions below refuse it, too. */
 bool experiment_check(const device_t *device, const experiment_t *experiment, failure_t *failure);
 
+/** Rows that its recording has at most: of a waveform with these frames (0: no limit), or of a probe. */
+size_t experiment_rows_most(const device_t *device, unsigned long frames, bool probe);
+
 /**
  * Runs it. `image` is the one in force, or a copy with other scales; its scales turn codes into units.
  *

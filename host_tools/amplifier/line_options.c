@@ -22,10 +22,10 @@ const char *parity_name(int64_t number) {
 bool device_options_check(const device_options_t *options, failure_t *failure) {
     static const unsigned long rates[] = {1200,  2400,   4800,   9600,   19200,  38400,
                                           57600, 115200, 230400, 460800, 500000, 921600};
-    if (options->port == NULL) {
+    if (options->port == NULL && !options->port_optional) {
         return fail(failure, "--port DEV is missing");
     }
-    if (options->port[0] == '\0') {
+    if (options->port != NULL && options->port[0] == '\0') {
         return fail(failure, "--port is empty: it takes the name of a serial port");
     }
     bool known = false;

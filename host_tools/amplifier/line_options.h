@@ -14,6 +14,7 @@ typedef struct {
     const char *parity;  /**< "none", "even" or "odd" */
     double timeout_s;    /**< to wait for an answer */
     bool look_elsewhere; /**< where none answers, find out at which other settings one does (line_search.h) */
+    bool port_optional;  /**< device_options_check takes a port that is NULL: the amplifier may be elsewhere */
 } device_options_t;
 
 #define DEVICE_OPTIONS_DEFAULT                                                                                         \

@@ -240,6 +240,40 @@ bool output_file_close(output_file_t *output, bool good, failure_t *failure) {
     return good;
 }
 
+bool output_room_take(output_room_t *room, const char *path, size_t bytes, failure_t *failure) {
+    struct stat ignored;
+    output_file_t output;
+    bool exists = false;
+    int file = -1;
+    *room = (output_room_t){0};
+    if (!begin(&output, path, false, &file, &exists, &ignored, failure)) {
+        return false;
+    }
+    if (file >= 0) {
+        const int error = posix_fallocate(file, 0, (off_t)bytes);
+        room->part = copy_text(output.part);
+        (void)close(file);
+        if (error != 0 && error != EOPNOTSUPP && error != EINVAL) { /* a disk that cannot tell does not refuse */
+            output_room_release(room);
+            forget(&output);
+            return fail(failure, "%s", strerror(error));
+        }
+    }
+    free(output.name);
+    free(output.path);
+    free(output.part); /* it stays known: a signal removes it */
+    return true;
+}
+
+void output_room_release(output_room_t *room) {
+    if (room->part != NULL) {
+        (void)unlink(room->part);
+        part_has_gone(room->part);
+        free(room->part);
+        room->part = NULL;
+    }
+}
+
 /* An output as it is compared with others. */
 typedef struct {
     char *path;

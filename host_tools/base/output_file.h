@@ -42,6 +42,18 @@ bool output_file_open_copy(output_file_t *output, const char *path, failure_t *f
  */
 bool output_file_close(output_file_t *output, bool good, failure_t *failure);
 
+/** Room on the disk that is taken for a file to be written later. */
+typedef struct {
+    char *part; /**< the file that takes it, beside its place; NULL: none */
+} output_room_t;
+
+/** Before long work: takes so many bytes in the folder of this output. What is written in place needs none. False: the
+ * line has the reason alone, as "No space left on device". */
+bool output_room_take(output_room_t *room, const char *path, size_t bytes, failure_t *failure);
+
+/** Gives it back: the file can be written, or will not be. Again: nothing. */
+void output_room_release(output_room_t *room);
+
 /** Removes the .part of every file that is being written, for a process that ends now. Signal handlers may call it. */
 void output_files_remove_parts(void);
 

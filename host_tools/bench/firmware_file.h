@@ -6,6 +6,9 @@
 #include "base/failure.h"
 #include <stddef.h>
 
+/** Rate of its loop: the first of RATES in firmware/boards/bench/board.cmake. */
+#define FIRMWARE_RATE_HZ 10000.0
+
 /**
  * Finds bench.elf from where the program lies: beside it (the Python package), in ../share/hyst (installed) or in
  * ../arm/firmware (the folder of the build). A program that was built without a compiler for ARM has none.

@@ -40,8 +40,9 @@ int device_command_run(const command_t *command, const option_t *options, size_t
     if (status != OPTIONS_RUN) {
         return status;
     }
-    device_t *device =
-        work->prepare == NULL || work->prepare(work->settings, &failure) ? device_open(work->line, &failure) : NULL;
+    device_t *const device = work->prepare != NULL && !work->prepare(work->settings, &failure) ? NULL
+                             : work->any_map ? device_open_any_map(work->line, &failure)
+                                             : device_open(work->line, &failure);
     if (device == NULL) {
         return failure_print(&failure);
     }

@@ -31,6 +31,7 @@ typedef struct {
     /** After SIGINT, SIGTERM or SIGHUP and an orderly end, the process ends by that signal, so that a shell also ends a
      * loop around the command. */
     bool to_its_end;
+    bool any_map; /**< device_open_any_map: it makes safe, which it must with any version of the register map */
     int (*work)(device_t *device, void *settings); /**< Returns the exit status */
     /** With that status, once the port is closed: what may take long and needs no line. Returns the exit status; or
      * NULL. */

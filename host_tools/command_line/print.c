@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_line/print.h"
-#include "amplifier/mode_names.h"
+#include "amplifier/driving.h"
 #include "base/output_file.h"
 #include "loop/telemetry.h"
 #include <inttypes.h>
@@ -87,13 +87,18 @@ void experiment_print_events(const experiment_events_t *events) {
 }
 
 void device_print_fault(device_t *device) {
+    const driving_fault_t fault = driving_fault(device);
+    if (fault.text[0] != '\0') {
+        (void)fprintf(stderr, "note: %s\n", fault.text);
+    }
+}
+
+void device_print_driven(device_t *device) {
     int64_t now[REGISTER_COUNT];
     failure_t ignored;
-    char faults[FAULTS_TEXT];
-    if (device_read_telemetry(device, now, &ignored) && now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-        const int64_t cause = now[INDEX_trip_cause] > 0 ? INT64_C(1) << (now[INDEX_trip_cause] - 1) : 0;
-        (void)fprintf(stderr, "note: the amplifier had tripped (%s); this leads it out of that fault\n",
-                      faults_text(cause, faults));
+    if (device_read_telemetry(device, now, &ignored) && now[INDEX_state] != LOOP_PARKED) {
+        (void)fprintf(stderr, "note: the amplifier is driven, in mode %s: the image takes over meanwhile\n",
+                      mode_name(now[INDEX_active_mode]));
     }
 }
 

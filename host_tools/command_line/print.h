@@ -41,6 +41,9 @@ void experiment_print_events(const experiment_events_t *events);
  * line that fails fails in the next request. */
 void device_print_fault(device_t *device);
 
+/** Before an image is put into the amplifier: one "note: ..." line on stderr if that happens while it is driven. */
+void device_print_driven(device_t *device);
+
 /** Ends the program with a line and STATUS_FAILED: the handler for on_out_of_memory. */
 void out_of_memory_print(size_t count, size_t size);
 

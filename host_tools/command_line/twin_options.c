@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_line/twin_options.h"
+#include "bench/firmware_file.h"
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,6 +36,20 @@ static int check_events(const command_t *command, twin_settings_t *settings) {
     return OPTIONS_RUN;
 }
 
+/* What the amplifier can say of its loop: register sample_rate, mHz in 32 bits. */
+#define LOWEST_HZ  0.001
+#define HIGHEST_HZ (UINT32_MAX * LOWEST_HZ)
+
+int twin_rate_check(const command_t *command, const twin_settings_t *settings, const char *image) {
+    const double rate_hz = settings->twin.sample_rate_hz;
+    return image != NULL || rate_hz == FIRMWARE_RATE_HZ
+               ? OPTIONS_RUN
+               : usage_error(command,
+                             "--sample-rate %g: the loop of the firmware that comes with this program has %g Hz; "
+                             "--image ELF takes one of another rate",
+                             rate_hz, FIRMWARE_RATE_HZ);
+}
+
 int twin_options_check(const command_t *command, twin_settings_t *settings) {
     twin_options_t *twin = &settings->twin;
     if (settings->resonance != NULL && !read_mode(settings->resonance, &twin->resonance_hz, &twin->resonance_damping)) {
@@ -42,8 +58,8 @@ int twin_options_check(const command_t *command, twin_settings_t *settings) {
     if (strcmp(settings->speed, "realtime") != 0 && strcmp(settings->speed, "fast") != 0) {
         return usage_error(command, "--speed %s: not realtime or fast", settings->speed);
     }
-    if (!(twin->sample_rate_hz > 0.0)) {
-        return usage_error(command, "--sample-rate %g: must be positive", twin->sample_rate_hz);
+    if (!(twin->sample_rate_hz >= LOWEST_HZ && twin->sample_rate_hz <= HIGHEST_HZ)) {
+        return usage_error(command, "--sample-rate %g: outside %g..%g Hz", twin->sample_rate_hz, LOWEST_HZ, HIGHEST_HZ);
     }
     if (twin->substeps < 1 || twin->substeps > 1000) {
         return usage_error(command, "--substeps %lu: outside 1..1000", twin->substeps);

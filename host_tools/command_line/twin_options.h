@@ -74,6 +74,10 @@ typedef struct {
  */
 int twin_options_check(const command_t *command, twin_settings_t *settings);
 
+/** Whether the twin has the rate of the loop that the emulator is to run: image NULL: the firmware that comes with this
+ * program. As twin_options_check. */
+int twin_rate_check(const command_t *command, const twin_settings_t *settings, const char *image);
+
 /** One line about a run, on stderr. */
 void twin_print_run(const twin_run_t *run, const twin_settings_t *settings);
 

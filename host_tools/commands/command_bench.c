@@ -108,6 +108,9 @@ static int run(int argc, char **argv) {
     if (status == OPTIONS_RUN) {
         status = twin_options_check(&command_bench, &settings);
     }
+    if (status == OPTIONS_RUN) {
+        status = twin_rate_check(&command_bench, &settings, image);
+    }
     if (status != OPTIONS_RUN) {
         return status;
     }

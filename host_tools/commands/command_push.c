@@ -64,6 +64,7 @@ static bool push(const char *path, const device_options_t *line, bool store, boo
     if (device == NULL) {
         return false;
     }
+    device_print_driven(device);
     const bool done =
         amplifier_image_write(device, &parameters, failure) && (!store || amplifier_image_store(device, failure));
     device_close(device);
@@ -118,7 +119,9 @@ const command_t command_push = {
     .summary = "Put a parameter image into the amplifier",
     .details = "Checks the image as the amplifier would, uploads and commits it, and reads it back. The amplifier "
                "changes over\n"
-               "between two samples and without a step of the drive. What it refuses changes nothing.\n"
+               "between two samples and without a step of the drive, also while another master drives, which is noted "
+               "and keeps its\n"
+               "keys. What it refuses changes nothing.\n"
                "With --store the next start has this image, and the limits that are set now: output range, limits of "
                "the reference,\n"
                "current, temperature and supplies. Without it a start has what was stored before, or nothing.",

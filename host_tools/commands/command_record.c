@@ -4,6 +4,7 @@
 #include "command_line/waveform_options.h"
 #include "commands/command.h"
 #include "interface/record_run.h"
+#include "recording/reserved_output.h"
 #include <stdio.h>
 
 typedef struct {
@@ -11,6 +12,7 @@ typedef struct {
     record_options_t record;
     bool json;
     const char *output;
+    reserved_output_t file; /* of that name */
 } settings_t;
 
 static bool report(const recording_t *recording, const settings_t *settings, failure_t *failure) {
@@ -36,13 +38,13 @@ static bool report(const recording_t *recording, const settings_t *settings, fai
 
 /* While the run is guarded: a file that cannot be written parks the amplifier. */
 static bool take(void *context, const recording_t *recording, const experiment_events_t *events, failure_t *failure) {
-    const settings_t *settings = context;
+    settings_t *settings = context;
     const char *contradiction = recording_key(recording, RECORDING_CONTRADICTION_KEY);
     experiment_print_events(events);
     if (contradiction != NULL) {
         fprintf(stderr, "note: %s: the recording has the former\n", contradiction);
     }
-    return recording_write(recording, settings->output, failure) && report(recording, settings, failure);
+    return reserved_output_write(&settings->file, recording, failure) && report(recording, settings, failure);
 }
 
 /* Returns the exit status. */
@@ -51,9 +53,15 @@ static int record(device_t *device, void *context) {
     const record_listener_t listener = {.take = take, .context = settings};
     recording_t recording;
     failure_t failure;
-    bool usage;
+    bool usage = false;
+    const size_t rows = experiment_rows_most(device, settings->record.frames, settings->record.probe != NULL);
+    if (!reserved_output_open(&settings->file, settings->output, rows, &failure)) {
+        return failure_print(&failure);
+    }
     device_print_fault(device);
-    if (!record_run(device, &settings->record, &listener, &recording, &usage, &failure)) {
+    const bool good = record_run(device, &settings->record, &listener, &recording, &usage, &failure);
+    reserved_output_close(&settings->file);
+    if (!good) {
         return usage ? usage_error(&command_record, "%s", failure.text) : failure_print(&failure);
     }
     recording_free(&recording);

@@ -12,9 +12,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* In place of the port's name, where none is given. */
-static const char no_port[] = "none";
-
 typedef struct {
     device_options_t line;
     twin_settings_t twin;
@@ -126,8 +123,7 @@ static bool serve(settings_t *s, failure_t *failure) {
 }
 
 static int check(settings_t *s) {
-    const bool port = s->line.port != no_port;
-    if (port == s->bench) {
+    if ((s->line.port != NULL) == s->bench) {
         return usage_error(&command_serve, "either --port DEV or --bench");
     }
     if (s->bench && s->model == NULL) {
@@ -136,13 +132,14 @@ static int check(settings_t *s) {
     if (s->listen > 65535) {
         return usage_error(&command_serve, "--listen %lu: outside 0..65535", s->listen);
     }
-    return s->bench ? twin_options_check(&command_serve, &s->twin) : OPTIONS_RUN;
+    const int status = s->bench ? twin_options_check(&command_serve, &s->twin) : OPTIONS_RUN;
+    return s->bench && status == OPTIONS_RUN ? twin_rate_check(&command_serve, &s->twin, s->image) : status;
 }
 
 static int run(int argc, char **argv) {
     settings_t s = {
         .line = DEVICE_OPTIONS_DEFAULT, .twin = TWIN_SETTINGS_DEFAULT, .program = "qemu-system-arm", .folder = "."};
-    s.line.port = no_port;
+    s.line.port_optional = true; /* --bench has one */
     const option_t options[] = {
         DEVICE_OPTIONS(s.line),
         {"--bench", NULL, OPTION_FLAG, NULL, "an emulated amplifier in place of a port", &s.bench},

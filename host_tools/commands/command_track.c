@@ -6,6 +6,7 @@
 #include "commands/command.h"
 #include "interface/track_run.h"
 #include "recording/recording_hdf5.h"
+#include "recording/reserved_output.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -17,6 +18,7 @@ typedef struct {
     bool both, no_condition, json;
     unsigned long frames;
     const char *output;
+    reserved_output_t file[TRACK_MOST]; /* of that name, or of the two that it becomes */
 } settings_t;
 
 static void print_track(const track_t *track, const waveform_t *w) {
@@ -81,16 +83,37 @@ static bool check_outputs(void *context, failure_t *failure) {
                                                            settings->both ? 2 : 1, NULL, 0, failure));
 }
 
-static bool write_recording(const track_t *track, const settings_t *settings, failure_t *failure) {
-    output_path_t path;
-    return settings->output == NULL || (output_path(settings, track->mode, &path, failure) &&
-                                        recording_write(&track->recording, path.text, failure));
+/* The second file is that of the second of two tracks. */
+static size_t file_of(const settings_t *settings, hyst_mode_t mode) {
+    return settings->both && mode == HYST_MODE_COMPENSATE ? 1 : 0;
 }
 
 /* While the run is guarded: a file that cannot be written parks the amplifier. */
 static bool take(void *context, const track_t *track, failure_t *failure) {
+    settings_t *settings = context;
     experiment_print_events(&track->events);
-    return write_recording(track, context, failure);
+    return reserved_output_write(&settings->file[file_of(settings, track->mode)], &track->recording, failure);
+}
+
+static void close_files(settings_t *settings) {
+    reserved_output_close(&settings->file[0]);
+    reserved_output_close(&settings->file[1]);
+}
+
+/* path: of the two, as long as the run. */
+static bool open_files(settings_t *settings, const device_t *device, const track_options_t *options,
+                       output_path_t path[TRACK_MOST], failure_t *failure) {
+    const size_t rows = experiment_rows_most(device, settings->frames, false);
+    bool good = true;
+    for (size_t i = 0; good && i < options->count && settings->output != NULL; i++) {
+        reserved_output_t *const file = &settings->file[file_of(settings, options->mode[i])];
+        good = output_path(settings, options->mode[i], &path[i], failure) &&
+               reserved_output_open(file, path[i].text, rows, failure);
+    }
+    if (!good) {
+        close_files(settings);
+    }
+    return good;
 }
 
 /* Returns the exit status. */
@@ -99,6 +122,7 @@ static int track(device_t *device, void *context) {
     failure_t failure;
     waveform_t waveform;
     track_t tracks[TRACK_MOST];
+    output_path_t path[TRACK_MOST];
     bool usage;
     const bool compensate = !settings->both && strcmp(settings->mode, mode_name(HYST_MODE_COMPENSATE)) == 0;
     const track_options_t options = {
@@ -109,8 +133,13 @@ static int track(device_t *device, void *context) {
         .frames = settings->frames,
         .take = take,
         .context = settings};
+    if (!open_files(settings, device, &options, path, &failure)) {
+        return failure_print(&failure);
+    }
     device_print_fault(device);
-    if (!track_run(device, &options, &waveform, tracks, &usage, &failure)) {
+    const bool ran = track_run(device, &options, &waveform, tracks, &usage, &failure);
+    close_files(settings);
+    if (!ran) {
         return usage ? usage_error(&command_track, "%s", failure.text) : failure_print(&failure);
     }
     const bool good = report(tracks, options.count, &waveform, settings->json, &failure);

@@ -361,6 +361,9 @@ static int check(void *context) {
     if (!guard_settings_check(&s->guard, &failure)) {
         return usage_error(&command_watch, "%s", failure.text);
     }
+    if (s->for_s < 0.0) {
+        return usage_error(&command_watch, "--for %g: must not be negative", s->for_s);
+    }
     if (!model_read(&model, s->model, &failure)) {
         return failure_print(&failure);
     }

@@ -40,13 +40,39 @@ static void print(const int64_t now[REGISTER_COUNT], const halt_command_t *halt,
     putchar('\n');
 }
 
+static control_command_t wanted(const settings_t *s) {
+    return s->off ? COMMAND_DISARM : s->halt->halt;
+}
+
+/* Nothing else of such a map is known here: it gets the command, and is not looked at. */
+static bool halt_unknown(device_t *device, const settings_t *s, failure_t *failure) {
+    if (!device_command(device, wanted(s), failure)) {
+        return false;
+    }
+    if (s->json) {
+        const bool good =
+            json_print(json_pack("{s:s, s:n, s:n, s:n}", "format", s->halt->format, "mode", "state", "amplifier_state"),
+                       JSON_INDENT(2), failure);
+        if (!good || !text_wanted(true)) {
+            return good;
+        }
+    }
+    printf("the amplifier has taken the command; what it does now is not read: its register map version %d is unknown "
+           "here\n",
+           (int)device_identity(device, INDEX_abi));
+    return true;
+}
+
 static bool halt(device_t *device, const settings_t *s, failure_t *failure) {
     int64_t now[REGISTER_COUNT], watchdog_ms = 0;
     const halt_command_t *const command = s->halt;
+    if (!device_map_known(device)) {
+        return halt_unknown(device, s, failure);
+    }
     if (command->halt == COMMAND_STOP) {
         device_print_fault(device);
     }
-    if (!driving_halt(device, s->off ? COMMAND_DISARM : command->halt, now, failure) ||
+    if (!driving_halt(device, wanted(s), now, failure) ||
         (holds(now) && !device_read(device, INDEX_watchdog, &watchdog_ms, failure))) {
         return false;
     }
@@ -80,6 +106,6 @@ int halt_command_run(const command_t *command, const halt_command_t *halt_comman
         {"--off", NULL, OPTION_FLAG, NULL, "and then switch the stage off; waits until it is", &s.off},
     };
     const size_t count = sizeof options / sizeof options[0] - (halt_command->halt == COMMAND_PARK ? 0 : 1);
-    const device_work_t job = {.settings = &s, .line = &s.line, .work = work};
+    const device_work_t job = {.settings = &s, .line = &s.line, .any_map = true, .work = work};
     return device_command_run(command, options, count, argc, argv, &job);
 }

@@ -210,6 +210,9 @@ HYST_HOST char *hyst_host_device_track(hyst_host_device_t *device, const char *o
  * be disarmed after it. index 1: the second of a track in both modes. It is there until the next record or track, and
  * the caller's from then on; NULL: none, or it was taken. */
 HYST_HOST hyst_host_recording_t *hyst_host_device_kept(hyst_host_device_t *device, size_t index);
+/** Of the newest record, track or stop: the fault that it led the amplifier out of, as the line that the commands note.
+ * Once; NULL: none, or it was taken. */
+HYST_HOST char *hyst_host_device_left_fault(hyst_host_device_t *device);
 /** `hyst push`: `length` bytes of an image. Answers {"model_id":, "hysteresis":, "operators":}. */
 HYST_HOST char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length);
 /** `hyst pull`: the image in force, *length bytes; NULL on failure. */

@@ -24,6 +24,7 @@ struct hyst_host_device {
     hyst_parameters_t image;
     volatile sig_atomic_t stop;              /* STOP_BY_PROGRAM, in place of the commands' signal; 0: go on */
     hyst_host_recording_t *kept[TRACK_MOST]; /* complete, of the run that goes on or was last; NULL: none, or taken */
+    driving_fault_t left;                    /* what the newest of these, or stop, led out of; "": none, or taken */
 };
 
 static void drop_kept(hyst_host_device_t *device) {
@@ -95,6 +96,25 @@ hyst_host_recording_t *hyst_host_device_kept(hyst_host_device_t *device, size_t 
     return kept;
 }
 
+char *hyst_host_device_left_fault(hyst_host_device_t *device) {
+    char *const line = device->left.text[0] != '\0' ? copy_text(device->left.text) : NULL;
+    device->left.text[0] = '\0';
+    return line;
+}
+
+/* Around a run. */
+static void begin_run(hyst_host_device_t *device) {
+    interface_listen(&device->stop);
+    drop_kept(device);
+    device->left = driving_fault(device->device);
+}
+
+static void end_run(hyst_host_device_t *device, bool good) {
+    if (!good) {
+        driving_fault_recheck(device->device, &device->left);
+    }
+}
+
 /* Counts of a waveform, as JSON has them. */
 typedef struct {
     json_int_t cycles, steps, tones;
@@ -141,11 +161,11 @@ hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const
     }
     set_counts(&settings.waveform, &counts);
     settings.no_condition = condition == 0;
-    interface_listen(&device->stop);
-    drop_kept(device);
+    begin_run(device);
     device->known = false; /* ranges that are given become an image */
     const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
     json_decref(json);
+    end_run(device, good);
     if (good) {
         recording_free(&recording);
     }
@@ -192,12 +212,12 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
     set_counts(&settings.waveform, &counts);
     settings.frames = frames > 0 ? (unsigned long)frames : 0;
     settings.no_condition = condition == 0;
-    interface_listen(&device->stop);
-    drop_kept(device);
+    begin_run(device);
     const bool good = (frames >= 0 || fail(interface_failure(), "--frames %lld: 0 or more", (long long)frames)) &&
                       take_modes(mode, &settings) &&
                       track_run(device->device, &settings, &waveform, track, &usage, interface_failure());
     json_decref(json);
+    end_run(device, good);
     if (!good) {
         return NULL;
     }
@@ -231,7 +251,10 @@ static char *halt(hyst_host_device_t *device, control_command_t command) {
 }
 
 char *hyst_host_device_stop(hyst_host_device_t *device) {
-    return halt(device, COMMAND_STOP);
+    device->left = driving_fault(device->device);
+    char *const answer = halt(device, COMMAND_STOP);
+    end_run(device, answer != NULL);
+    return answer;
 }
 
 char *hyst_host_device_park(hyst_host_device_t *device) {
@@ -311,6 +334,7 @@ char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hy
                                      "after_s", &settings.after_s, "for_s", &for_s);
     json_decref(json);
     if (json == NULL || !guard_settings_check(&settings, interface_failure()) ||
+        (for_s < 0.0 && !fail(interface_failure(), "--for %g: must not be negative", for_s)) ||
         !amplifier_image_read(device->device, &device->image, interface_failure())) {
         return NULL;
     }

@@ -190,10 +190,11 @@ static void open_line(line_keeper_t *keeper) {
     say_line(keeper);
 }
 
+/* As every run ends: to park, and off there, whoever has armed it. */
 static void do_stop(line_keeper_t *keeper) {
     failure_t failure;
     failure_t gone;
-    const bool taken = device_command(keeper->device, COMMAND_PARK, &failure);
+    const bool taken = device_command(keeper->device, COMMAND_DISARM, &failure);
     pthread_mutex_lock(&keeper->lock);
     const double since_s = keeper->stop_since_s;
     pthread_mutex_unlock(&keeper->lock);

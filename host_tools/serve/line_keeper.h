@@ -4,8 +4,8 @@
  *
  * In between it reads telemetry and, when somebody watches, the stream (live_stream.h). Work (a recording, a track, an
  * upload) runs in its thread, one at a time. A stop passes before all of that: the request on the line is completed,
- * the next one of the work fails, and what follows parks the amplifier. While the line is cut it tries to open it
- * again, and a stop that came meanwhile is the first request after that.
+ * the next one of the work fails, and what follows parks the amplifier and switches it off. While the line is cut it
+ * tries to open it again, and a stop that came meanwhile is the first request after that.
  */
 #ifndef LINE_KEEPER_H
 #define LINE_KEEPER_H
@@ -52,7 +52,7 @@ bool line_keeper_give(line_keeper_t *keeper, const line_work_t *work, failure_t 
 /** Any thread: whether somebody looks at the stream. Not from the start. */
 void line_keeper_watch(line_keeper_t *keeper, bool watched);
 
-/** Any thread: what plays ends and the drive goes to rest. Never refused. */
+/** Any thread: what plays ends, the drive goes to rest, and the stage is switched off there. Never refused. */
 void line_keeper_stop(line_keeper_t *keeper);
 
 /** For work, after it has replaced the image in force. */

@@ -59,7 +59,7 @@ static bool take_recording(void *context, const recording_t *recording, const ex
     request->result = json_pack("{s:I, s:f, s:[ff], s:[ff], s:o}", "samples", (json_int_t)recording->samples,
                                 "sample_rate_hz", recording->sample_rate_hz, "drive_v", drive[0], drive[1],
                                 "displacement_um", position[0], position[1], "samples_with", events_to_json(events));
-    return recording_write(recording, request->path[0], failure);
+    return reserved_output_write(&request->file[0], recording, failure);
 }
 
 static bool record(line_keeper_t *keeper, device_t *device, run_request_t *request, failure_t *failure) {
@@ -91,9 +91,9 @@ static bool record(line_keeper_t *keeper, device_t *device, run_request_t *reque
 }
 
 static bool take_track(void *context, const track_t *track, failure_t *failure) {
-    const run_request_t *request = context;
+    run_request_t *request = context;
     const size_t file = request->before && track->mode == HYST_MODE_COMPENSATE ? 1 : 0;
-    return recording_write(&track->recording, request->path[file], failure);
+    return reserved_output_write(&request->file[file], &track->recording, failure);
 }
 
 static bool track(device_t *device, run_request_t *request, failure_t *failure) {
@@ -134,6 +134,25 @@ static bool clear(device_t *device, failure_t *failure) {
            device_command(device, COMMAND_CLEAR, failure);
 }
 
+static bool run(line_keeper_t *keeper, device_t *device, run_request_t *request, failure_t *failure) {
+    const bool one = request->kind == RUN_RECORD;
+    const size_t files = one ? 1 : (size_t)request->before + (size_t)request->after;
+    const size_t rows = experiment_rows_most(device, request->frames, one && request->probe[0] != '\0');
+    bool good = true;
+    for (size_t i = 0; good && i < files; i++) {
+        good = reserved_output_open(&request->file[i], request->path[i], rows, failure);
+    }
+    request->left = driving_fault(device);
+    good = good && (one ? record(keeper, device, request, failure) : track(device, request, failure));
+    if (!good) {
+        driving_fault_recheck(device, &request->left);
+    }
+    for (size_t i = 0; i < files; i++) {
+        reserved_output_close(&request->file[i]);
+    }
+    return good;
+}
+
 bool run_request_carry_out(line_keeper_t *keeper, device_t *device, void *context, failure_t *failure) {
     run_request_t *const request = context;
     if (request->kind == RUN_PUSH) {
@@ -143,5 +162,5 @@ bool run_request_carry_out(line_keeper_t *keeper, device_t *device, void *contex
         return clear(device, failure);
     }
     request->waveform.name = request->waveform_name;
-    return request->kind == RUN_RECORD ? record(keeper, device, request, failure) : track(device, request, failure);
+    return run(keeper, device, request, failure);
 }

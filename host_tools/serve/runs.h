@@ -3,7 +3,9 @@
 #ifndef RUNS_H
 #define RUNS_H
 
+#include "amplifier/driving.h"
 #include "amplifier/experiment.h"
+#include "recording/reserved_output.h"
 #include "serve/line_keeper.h"
 #include <jansson.h>
 
@@ -23,7 +25,9 @@ typedef struct {
     unsigned long frames;
     /** The image to push; the recording to write; with two tracks that before and that after. */
     char path[2][RUNS_PATH];
-    json_t *result; /**< afterwards: what the page shows; to be dropped */
+    reserved_output_t file[2]; /**< of these, while it runs */
+    driving_fault_t left;      /**< afterwards: what a recording or a track led the amplifier out of */
+    json_t *result;            /**< afterwards: what the page shows; to be dropped */
 } run_request_t;
 
 /** Reads the settings of a message {"do": "record" ...}, but no names of files. */

@@ -163,8 +163,9 @@ static void on_run_ended(void *context, bool good, const failure_t *failure) {
     run_request_t *const r = &session->request;
     const size_t written = r->kind == RUN_RECORD ? 1 : r->kind == RUN_TRACK ? (size_t)r->before + (size_t)r->after : 0;
     json_t *event =
-        json_pack("{s:s, s:s, s:b, s:b, s:o, s:o, s:o}", "event", "run", "name", run_names[r->kind], "running", false,
-                  "good", good, "why", json_text(good ? NULL : failure->text), "made",
+        json_pack("{s:s, s:s, s:b, s:b, s:o, s:o, s:o, s:o}", "event", "run", "name", run_names[r->kind], "running",
+                  false, "good", good, "why", json_text(good ? NULL : failure->text), "note",
+                  json_text(r->left.text[0] != '\0' ? r->left.text : NULL), "made",
                   made_json(r->path, good ? written : 0), "result", r->result != NULL ? r->result : json_null());
     r->result = NULL;
     keep_and_tell(session, &session->run.status, event);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The Modbus client against lines that lose, delay, damage and repeat: it recovers, or says in one line what is wrong.
  */
+#include "amplifier/amplifier_image.h"
 #include "amplifier/device.h"
 #include "amplifier/line_change.h"
 #include "base/monotonic_clock.h"
@@ -19,6 +20,8 @@
 #include <termios.h>
 #include <unistd.h>
 
+/* For what surely comes to an end. */
+#define PATIENCE_S 20.0
 /* Short, so that faults cost little time, and long enough for a loaded machine to answer. */
 #define TIMEOUT_S 0.25
 
@@ -344,7 +347,7 @@ static void test_where_an_amplifier_answers_that_did_not(void) {
 }
 
 /* Requests of a change on a good line, at most; the last ones write and command. */
-enum { FIRST_WRITE = 8, REQUESTS_OF_A_CHANGE = 13 };
+enum { FIRST_WRITE = 9, REQUESTS_OF_A_CHANGE = 14 };
 
 /* Any one answer is lost, that to the command too, after which the amplifier is elsewhere: it is found. */
 static void test_a_lost_answer_does_not_lose_the_amplifier(void) {
@@ -485,6 +488,35 @@ static void test_locks(void) {
     TEST_ASSERT_EQUAL_INT64(0, unlocked);
 }
 
+static bool until(void *end_s, failure_t *why) {
+    return monotonic_s() < *(const double *)end_s || fail(why, "it waits without end");
+}
+
+/* Ten times slower than by the clock: precharge lasts long enough to be ended by another master, at rest or still on
+ * the way there, as after an image that parks elsewhere. */
+static void test_an_arming_that_somebody_takes_back_says_so(void) {
+    static const hyst_q31_t park[] = {0, 1 << 30};
+    hyst_parameters_t image;
+    double end_s = monotonic_s() + PATIENCE_S;
+    hyst_parameters_default(&image);
+    image.transition_slew = 1 << 20;
+    open_device();
+    for (size_t i = 0; i < sizeof park / sizeof park[0]; i++) {
+        simulated_device_line()->samples_per_ms = 0;
+        TEST_ASSERT_TRUE(device_command(device, COMMAND_DISARM, &failure) &&
+                         device_expect_off(device, "nothing", &failure));
+        simulated_device_line()->samples_per_ms = 1;
+        image.drive_park = park[i];
+        TEST_ASSERT_TRUE_MESSAGE(amplifier_image_write(device, &image, &failure), failure.text);
+        simulated_device_line()->disarm_after = 9; /* six until it is armed, then one each 20 ms */
+        device_take_turns(device, until, &end_s);
+        TEST_ASSERT_FALSE(device_arm(device, &failure));
+        expect_line("somebody else has switched the amplifier off while it was armed here");
+        TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->disarm_after);
+        device_take_turns(device, NULL, NULL);
+    }
+}
+
 static void test_a_port_in_use_is_left_alone(void) {
     open_device();
     TEST_ASSERT_NULL(device_open(&options, &failure));
@@ -543,6 +575,7 @@ int main(void) {
     RUN_TEST(test_a_device_that_is_unplugged_meanwhile_is_not_called_another_one);
     RUN_TEST(test_ports_that_are_none);
     RUN_TEST(test_locks);
+    RUN_TEST(test_an_arming_that_somebody_takes_back_says_so);
     RUN_TEST(test_a_port_in_use_is_left_alone);
     RUN_TEST(test_start_is_never_executed_twice);
     return UNITY_END();

@@ -12,12 +12,17 @@
 #include "recording/recording.h"
 #include "simulated_device.h"
 #include "unity.h"
+#include <glob.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 void setUp(void) {
+    TEST_ASSERT_EQUAL_INT(0, setenv("TMPDIR", ".", 1)); /* of what finds no room */
     command_at_line_open();
 }
 
@@ -126,6 +131,65 @@ static void test_a_recording_that_cannot_be_written_parks(void) {
     expect_parked_by_command();
 }
 
+/* Behind the words that name it: where the recording is. */
+static void expect_recording_elsewhere(const char *ending, size_t samples, int column) {
+    static const char words[] = "what was recorded is in ";
+    recording_t recording;
+    char path[200] = "";
+    const char *const at = strstr(errors, words);
+    TEST_ASSERT_NOT_NULL_MESSAGE(at, errors);
+    TEST_ASSERT_EQUAL_INT(1, sscanf(at + strlen(words), "%199[^;\n]", path));
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(path, ending), path);
+    must(recording_read(&recording, path, &failure));
+    TEST_ASSERT_EQUAL_UINT(samples, recording.samples);
+    TEST_ASSERT_NOT_NULL(recording.column[column]);
+    recording_free(&recording);
+    (void)remove(path);
+    *strrchr(path, '/') = '\0';
+    TEST_ASSERT_EQUAL_INT(0, rmdir(path)); /* it has a folder for itself */
+}
+
+static void test_a_recording_that_has_no_room_at_its_end_is_written_elsewhere(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "-f",        "10",
+                                         "-n",     "1",          "-o",   "/dev/full", NULL};
+    static const char *const track[] = {"track", "--waveform", "sine",   "-f", "10",        "-n",
+                                        "1",     "-m",         "linear", "-o", "/dev/full", NULL};
+    start(record);
+    (void)end();
+    expect_error("/dev/full: could not be written: No space left on device; what was recorded is in ./hyst-");
+    expect_recording_elsewhere("/recording.csv", 1000, COLUMN_DRIVE);
+    expect_parked_by_command();
+    start(track);
+    (void)end();
+    expect_recording_elsewhere("/recording.csv", 1000, COLUMN_REFERENCE);
+    expect_parked_by_command();
+}
+
+/* Files are limited to what the recording cannot be. */
+static void test_a_disk_without_room_is_said_before_anything_moves(void) {
+    static const char *const commands[][12] = {
+        {"record", "--waveform", "sine", "-n", "1", "-o", "room.csv", NULL},
+        {"record", "--probe", "creep", "-o", "room.h5", NULL},
+        {"track", "--waveform", "sine", "-n", "1", "--both", "-o", "room.csv", NULL}};
+    struct rlimit before, limit;
+    glob_t parts;
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &before));
+    limit = before;
+    limit.rlim_cur = 10000;
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        (void)signal(SIGXFSZ, SIG_IGN);
+        TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
+        start(commands[i]);
+        TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &before));
+        (void)signal(SIGXFSZ, SIG_DFL);
+        const int status = end();
+        TEST_ASSERT_TRUE_MESSAGE(WIFEXITED(status) && WEXITSTATUS(status) == 1, errors);
+        expect_error(": no room for a recording of up to ");
+        TEST_ASSERT_EQUAL_UINT(0, simulated_device_line()->starts);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(GLOB_NOMATCH, glob(".hyst-*.part", 0, NULL, &parts), "a part is left");
+    }
+}
+
 /* All of it had been read when the last request was lost. */
 static void keeps_what_is_complete(const char *const command[], int column) {
     recording_t recording;
@@ -226,6 +290,14 @@ static void test_what_cannot_be_played_is_refused_before_anything_moves(void) {
         {"a sine of 1e+09 Hz cannot be played", {"record", "--waveform", "sine", "-f", "1e9", "-o", "/dev/null", NULL}},
         {"a triangle of 6000 Hz cannot be played at 10000 samples per second",
          {"record", "--waveform", "triangle", "-f", "6000", "-o", "/dev/null", NULL}},
+        {"a sine of 5000 Hz cannot be played at 10000 samples per second: only below half of that",
+         {"record", "--waveform", "sine", "-f", "5000", "-o", "/dev/null", NULL}},
+        {"a sine of 5000 Hz cannot be played",
+         {"track", "--waveform", "multisine", "-f", "1000", "--end-frequency", "5000", "--tones", "3", "--mode",
+          "linear", NULL}},
+        {"a sine of 5000 Hz cannot be played", {"play", "--waveform", "sine", "-f", "5000", NULL}},
+        {"a sine of 1e-07 Hz cannot be played at 10000 samples per second: the lowest frequency is 2.32833e-06 Hz",
+         {"play", "--waveform", "sine", "-f", "1e-7", NULL}},
         {"a sine of 5001 Hz cannot be played",
          {"record", "--waveform", "sweep", "--end-frequency", "5001", "-o", "/dev/null", NULL}},
         {"Hz cannot be played",
@@ -387,6 +459,58 @@ static void test_stop_says_what_the_drive_does(void) {
     TEST_ASSERT_NULL_MESSAGE(strstr(said, "holds"), said);
 }
 
+/* What makes safe works with a map of another version, as command keeps its place and these codes. */
+static void test_stop_and_park_take_any_register_map(void) {
+    static const char *const stop[] = {"stop", NULL};
+    static const char *const off[] = {"park", "--off", "--json", NULL};
+    take_line();
+    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure) &&
+         device_write(device, INDEX_source, SOURCE_SINE, &failure) &&
+         device_write(device, INDEX_source_amplitude, 1 << 30, &failure) &&
+         device_write(device, INDEX_source_increment, 1 << 20, &failure) &&
+         device_write(device, INDEX_source_cycles, 0, &failure) && device_command(device, COMMAND_START, &failure));
+    leave_line();
+    simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more */
+    run_and_read(stop);
+    TEST_ASSERT_EQUAL_STRING("the amplifier has taken the command; what it does now is not read: its register map "
+                             "version 5 is unknown here\n",
+                             said);
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(LOOP_IDLE, value_of(INDEX_state));
+    leave_line();
+    simulated_device_fault(LINE_LIES, 1, 2);
+    run_and_read(off);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(said, "\"state\": null"), said);
+    take_line();
+    expect_goes_off();
+    leave_line();
+}
+
+/* Another master drives, with keys that it has written itself: they are its own after a push, too. */
+static void test_a_push_leaves_the_keys_to_who_drives(void) {
+    static const char *const image[] = {"pull", "-o", "pushed.image", NULL};
+    static const char *const pushes[] = {"push", "pushed.image", NULL};
+    start(image);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+    for (int driven = 1; driven >= 0; driven--) {
+        take_line();
+        must(device_write(device, INDEX_mode, driven ? HYST_MODE_DIRECT : HYST_MODE_PARK, &failure));
+        device_forget_locks(device);
+        leave_line();
+        start(pushes);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
+        if (driven) {
+            expect_error("note: the amplifier is driven, in mode direct: the image takes over meanwhile");
+        } else {
+            TEST_ASSERT_EQUAL_STRING("", errors);
+        }
+        device = device_open(&options, &failure);
+        TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+        TEST_ASSERT_EQUAL_INT64(driven ? CONTROL_PARAMETERS | CONTROL_OUTPUT : 0, value_of(INDEX_unlocked));
+        leave_line();
+    }
+}
+
 static void test_a_run_after_a_trip_says_which(void) {
     static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/null", NULL};
     take_line();
@@ -455,6 +579,8 @@ int main(void) {
     RUN_TEST(test_a_killed_host_leaves_the_amplifier_to_park_by_itself);
     RUN_TEST(test_an_error_parks);
     RUN_TEST(test_a_recording_that_cannot_be_written_parks);
+    RUN_TEST(test_a_recording_that_has_no_room_at_its_end_is_written_elsewhere);
+    RUN_TEST(test_a_disk_without_room_is_said_before_anything_moves);
     RUN_TEST(test_a_complete_recording_is_kept_if_the_amplifier_cannot_be_disarmed);
     RUN_TEST(test_a_line_that_is_cut_is_reported_and_the_amplifier_parks_by_itself);
     RUN_TEST(test_a_good_run_ends_off_and_leaves_the_timeout_as_it_was);
@@ -466,6 +592,8 @@ int main(void) {
     RUN_TEST(test_stop_holds_and_park_parks);
     RUN_TEST(test_park_switches_off_when_it_is_to);
     RUN_TEST(test_stop_says_what_the_drive_does);
+    RUN_TEST(test_stop_and_park_take_any_register_map);
+    RUN_TEST(test_a_push_leaves_the_keys_to_who_drives);
     RUN_TEST(test_a_run_after_a_trip_says_which);
     RUN_TEST(test_monitor_notes_a_restart);
     RUN_TEST(test_a_restart_leaves_no_recording);

@@ -53,6 +53,12 @@ expect 2 '--slew-rate belongs to --probe' record --port none --waveform sine --s
 expect 1 'cannot open none' record --port none --probe creep -o probe.csv
 expect 2 '--port is empty: it takes the name of a serial port' info --port ''
 expect 2 '--port is empty: it takes the name of a serial port' serve --port ''
+expect 2 '--for -5: must not be negative' watch --port none --model good.json --report watched --for -5
+expect 2 '--sample-rate 12345: the loop of the firmware that comes with this program has 10000 Hz' \
+    bench --model good.json --sample-rate 12345
+expect 2 '--sample-rate 20000: the loop of the firmware that comes with this program has 10000 Hz' \
+    serve --bench --model good.json --sample-rate 20000
+expect 2 '--sample-rate 1e+09: outside 0.001..4.29497e+06 Hz' bench --image good.elf --model good.json --sample-rate 1e9
 expect 2 "unknown family 'no_such_family'" fit good.csv --family no_such_family
 expect 2 '--output needs a value' fit good.csv -o
 expect 2 "--drive-range: '5:1' is not a valid LO:HI" compile model.json --drive-range 5:1

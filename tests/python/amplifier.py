@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import unittest
+import warnings
 
 import hyst
 
@@ -86,12 +87,12 @@ class AtTheAmplifier(unittest.TestCase):
         self.assertIn("sweep", track.recording.keys["waveform"])
         self.assertIn("40", track.recording.keys["waveform"])
 
-    def play(self):
+    def play(self, silence="30"):
         """Leaves it playing in mode compensate. Its actuator follows the drive one to one, as a new image has it."""
         with self.amplifier() as amplifier:
             amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
         self.command("play", "--waveform", "sine", "--frequency", "20", "--amplitude", "20", "--offset", "50",
-                     "--no-condition", "--silence", "30")
+                     "--no-condition", "--silence", silence)
 
     def fails_to_disarm(self, run):
         """What is kept of a run whose requests to disarm are all lost."""
@@ -247,11 +248,34 @@ class AtTheAmplifier(unittest.TestCase):
         self.assertNotIn("contradiction", first.keys)
         self.assertIn("0:200", second.keys["contradiction"])
 
+    def test_the_fault_that_a_run_leads_out_of_is_told(self):
+        runs = (lambda amplifier: amplifier.record("sine", frequency=50, cycles=1, condition=False),
+                lambda amplifier: amplifier.track("sine", frequency=50, cycles=1, condition=False), hyst.Amplifier.stop)
+        for run in runs:
+            self.play("0.2")
+            time.sleep(0.6)  # without a request: its communication timeout passes
+            with self.amplifier() as amplifier:
+                with self.assertWarnsRegex(UserWarning, r"^the amplifier had tripped \(communication timeout\)") as told:
+                    run(amplifier)
+                self.assertEqual(os.path.basename(told.filename), "amplifier.py")
+                self.assertEqual(os.path.dirname(os.path.abspath(told.filename)), os.path.dirname(os.path.abspath(__file__)))
+                with warnings.catch_warnings():
+                    warnings.simplefilter("error")
+                    run(amplifier)
+
+    def test_a_run_that_is_refused_leads_out_of_no_fault(self):
+        self.play("0.2")
+        time.sleep(0.6)
+        with self.amplifier() as amplifier, warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with self.assertRaisesRegex(hyst.Error, "cannot be played"):
+                amplifier.record("sine", frequency=6000)
+
     def test_what_cannot_be_played_is_refused_before_it_moves(self):
         with self.amplifier() as amplifier:
             amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)
-            for options in {"frequency": 6000}, {"frequency": 1e9}:
-                with self.assertRaisesRegex(hyst.Error, "^[^;]* cannot be played at 10000 samples per second$"):
+            for options in {"frequency": 5000}, {"frequency": 6000}, {"frequency": 1e9}:
+                with self.assertRaisesRegex(hyst.Error, "^[^;]* cannot be played at 10000 samples per second: only below half of that$"):
                     amplifier.record("sine", **options)
             with self.assertRaisesRegex(hyst.Error, "^[^;]*fewer than two samples$"):
                 amplifier.track("sine", frames=1)
@@ -292,6 +316,8 @@ class AtTheAmplifier(unittest.TestCase):
                 amplifier.record("sweep", frequency=10, end_frequency=-1, **RANGES)
             with self.assertRaisesRegex(hyst.Error, "--times 1: must be above 1"):
                 amplifier.watch(times=1)
+            with self.assertRaisesRegex(hyst.Error, "--for -5: must not be negative"):
+                amplifier.watch(seconds=-5)
             with self.assertRaisesRegex(hyst.Error, "the record up to 600 s"):
                 amplifier.watch(after=1000)
 

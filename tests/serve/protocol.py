@@ -509,6 +509,16 @@ async def no_orphans(server):
             await page.job_ended()
 
 
+async def a_fault_before(server):
+    """The run that leads out of it says which it was, and the next one nothing."""
+    page = await server.connect()
+    await page.until("line", lambda line: line["connected"])
+    for note in ("the amplifier had tripped (communication timeout)", None):
+        await page.do("record", waveform="sine", frequency=50, cycles=1, condition=False)
+        ended = await page.run_ended()
+        check(ended["good"] and (ended["note"] or "").startswith(note or "") and (note or ended["note"] is None), ended)
+
+
 def terminal_hears_of_the_line(hyst, port, scratch):
     """What the page would say, where no page is open: the port is not there, and then it is."""
     link = os.path.join(scratch, "port")
@@ -570,6 +580,13 @@ def main():
         server.process.send_signal(signal.SIGINT)
         status = server.process.wait(PATIENCE_S)
         check(status == 0, f"the server ended with {status}")
+        subprocess.run([hyst, "play", "--port", port, "--timeout", TIMEOUT_S, "--waveform", "sine", "--mode", "linear",
+                        "--no-condition", "--silence", "0.2"], check=True, capture_output=True)
+        time.sleep(0.6) # without a request
+        server = Server(hyst, port, folder)
+        asyncio.run(a_fault_before(server))
+        server.process.send_signal(signal.SIGINT)
+        server.process.wait(PATIENCE_S)
         server = Server(hyst, port, folder)
         asyncio.run(no_orphans(server))
     finally:

@@ -28,7 +28,7 @@ static atomic_bool stop_at_snapshot;
 /* What the keeper has said; written in its thread. */
 static struct {
     atomic_int lines, cuts, snapshots, stops, refusals, ended, good;
-    atomic_int state;             /* of the last snapshot */
+    atomic_int state, power;      /* of the last snapshot */
     atomic_int snapshots_at_stop; /* how many came before it */
     atomic_uint requests_at_stop; /* that the amplifier had got when it had taken it */
     char why[1024], failure[1024];
@@ -49,6 +49,7 @@ static void on_snapshot(void *context, const device_t *device, const hyst_parame
     (void)device;
     (void)image;
     atomic_store(&heard.state, (int)now[INDEX_state]);
+    atomic_store(&heard.power, (int)now[INDEX_amplifier_state]);
     atomic_fetch_add(&heard.snapshots, 1);
     if (atomic_exchange(&stop_at_snapshot, false)) {
         line_keeper_stop(keeper);
@@ -230,6 +231,29 @@ static void test_a_stop_without_work_is_taken_at_once(void) {
     wait_for(&heard.stops, 1, "the stop is not taken");
     line_keeper_stop(keeper);
     wait_for(&heard.stops, 2, "a second stop is not taken");
+}
+
+/* As a run does when it ends: the stage of an amplifier that somebody has armed is off afterwards. */
+static void test_a_stop_without_work_switches_off(void) {
+    line_keeper_end(keeper);
+    failure_t failure;
+    hyst_parameters_t image;
+    give_image(&image);
+    device_t *device = device_open(&options, &failure);
+    TEST_ASSERT_NOT_NULL_MESSAGE(device, failure.text);
+    TEST_ASSERT_TRUE_MESSAGE(amplifier_image_write(device, &image, &failure) && device_arm(device, &failure),
+                             failure.text);
+    device_close(device);
+    memset(&heard, 0, sizeof heard);
+    keeper = line_keeper_start(&options, &listener, &failure);
+    wait_for(&heard.snapshots, 2, "no snapshots");
+    TEST_ASSERT_EQUAL_INT(AMPLIFIER_HOLD, atomic_load(&heard.power));
+    line_keeper_stop(keeper);
+    wait_for(&heard.stops, 1, "the stop is not taken");
+    const int snapshots = atomic_load(&heard.snapshots);
+    wait_for(&heard.snapshots, snapshots + 10, "no snapshots after it");
+    TEST_ASSERT_EQUAL_INT(LOOP_PARKED, atomic_load(&heard.state));
+    TEST_ASSERT_EQUAL_INT(AMPLIFIER_OFF, atomic_load(&heard.power));
 }
 
 static void test_only_one_work_at_a_time(void) {
@@ -428,6 +452,7 @@ int main(void) {
     RUN_TEST(test_snapshots_come_while_work_has_the_line);
     RUN_TEST(test_a_stop_overtakes_work_and_parks);
     RUN_TEST(test_a_stop_without_work_is_taken_at_once);
+    RUN_TEST(test_a_stop_without_work_switches_off);
     RUN_TEST(test_only_one_work_at_a_time);
     RUN_TEST(test_the_stream_comes_by_itself_and_in_a_run);
     RUN_TEST(test_nobody_watches_and_nothing_is_read);

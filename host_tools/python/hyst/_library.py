@@ -82,6 +82,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "device_record": (c_void_p, [c_void_p, c_char_p]),
     "device_track": (c_void_p, [c_void_p, c_char_p, POINTER(c_void_p)]),
     "device_kept": (c_void_p, [c_void_p, c_size_t]),
+    "device_left_fault": (c_void_p, [c_void_p]),
     "device_push": (c_void_p, [c_void_p, POINTER(c_ubyte), c_size_t]),
     "device_pull": (c_void_p, [c_void_p, POINTER(c_size_t)]),
     "device_stop": (c_void_p, [c_void_p]),

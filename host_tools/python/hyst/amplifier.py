@@ -300,8 +300,15 @@ class Amplifier(Held):
             yield
 
     def _halt(self, command: Callable[[Any], Any]) -> dict[str, str]:
-        with self._after_what_runs():
-            return parsed(text(self._work(command)))
+        fault = ""
+        try:
+            with self._after_what_runs():
+                try:
+                    return parsed(text(self._work(command)))
+                finally:
+                    fault = self._left_fault()
+        finally:
+            _warn_of(fault)
 
     def _run(self, work: Callable[[Any], Any]) -> Any:
         with turn(self._lock):
@@ -309,13 +316,23 @@ class Amplifier(Held):
 
     def _run_long(self, work: Callable[[Any], Any], progress: Progress | None = None) -> Any:
         """What a cancel ends, also one that comes while this waits for its turn."""
-        before = self._cancels
-        with turn(self._lock):
-            try:
-                return self._work(work, progress, before)
-            except Error as failure:
-                failure.recordings = self._complete()
-                raise
+        before, fault = self._cancels, ""
+        try:
+            with turn(self._lock):
+                try:
+                    return self._work(work, progress, before)
+                except Error as failure:
+                    failure.recordings = self._complete()
+                    raise
+                finally:
+                    fault = self._left_fault()
+        finally:
+            _warn_of(fault)
+
+    def _left_fault(self) -> str:
+        """The fault that what has ended led the amplifier out of, if any. In its turn."""
+        line = None if self._handle is None else lib.device_left_fault(self._handle)
+        return "" if line is None else text(line)
 
     def _complete(self) -> tuple[Recording, ...]:
         """What the run that failed had recorded in full. In its turn."""
@@ -372,6 +389,12 @@ class EmulatedAmplifier:
         assert self._process is not None
         self._process.terminate()
         self._process.communicate()
+
+
+def _warn_of(fault: str) -> None:
+    """Where the method was called that called the one that calls this."""
+    if fault:
+        warnings.warn(fault, stacklevel=4)
 
 
 def _content(path: Any) -> bytes:

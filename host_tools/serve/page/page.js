@@ -399,15 +399,16 @@ function onRun(event) {
   byId("result").dataset.name = event.name;
   byId("result-table").replaceChildren();
   byId("job-text").hidden = true;
+  const fault = event.note ? ` Note: ${event.note}.` : "";
   if (!event.good) {
-    showResult(`${event.name}: ${event.why}`, true);
+    showResult(`${event.name}: ${event.why}` + fault, true);
     return;
   }
   const r = event.result, limited = r && (r.samples_with || {});
   if (event.name === "record") {
     showResult(`Recorded ${event.made[0]}: ${r.samples} samples at ${r.sample_rate_hz.toFixed(1)} Hz, drive ` +
       `${r.drive_v[0].toFixed(2)} to ${r.drive_v[1].toFixed(2)} V, displacement ${r.displacement_um[0].toFixed(3)} to ` +
-      `${r.displacement_um[1].toFixed(3)} um.` + notes(limited), false);
+      `${r.displacement_um[1].toFixed(3)} um.` + notes(limited) + fault, false);
     afterFiles.push(() => {
       propose(event.made[0], "recording");
       compare(event.made[0], "");
@@ -417,7 +418,7 @@ function onRun(event) {
     const times = both ? r.tracks[0].nrmse_percent / r.tracks[1].nrmse_percent : NaN;
     showResult(`Tracked ${event.made.join(" and ")}.` +
       (isFinite(times) ? ` The error is ${times.toFixed(1)} times less after than before.` : "") +
-      notes(r.tracks[r.tracks.length - 1].samples_with), false);
+      notes(r.tracks[r.tracks.length - 1].samples_with) + fault, false);
     trackTable(r.tracks);
     afterFiles.push(() => compare(event.made[0], both ? event.made[1] : ""));
   } else {
@@ -587,7 +588,8 @@ const handlers = {
   stopping() { message("Stopping .."); },
   stopped(event) {
     message(event.why ? `The amplifier did not take the stop: ${event.why}`
-                      : `Stopped: the amplifier took it after ${Math.round(1000 * event.seconds)} ms.`, Boolean(event.why));
+                      : `Stopped: the amplifier took it after ${Math.round(1000 * event.seconds)} ms. ` +
+                        "The drive goes to rest, and the stage is switched off there.", Boolean(event.why));
     page.stops = Number(page.stops || 0) + 1;
   },
   beat() {},
