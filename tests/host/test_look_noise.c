@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Noise at rest, between passes and between neighbouring readings, and its shares. */
+#include "looked_at.h"
+#include "one_look.h"
+#include "unity.h"
+#include <gsl/gsl_math.h>
+
+/* White 0.01 um; 1/f with the same power in each octave, 0.02 um over four decades: of it the look sees what is above
+ * its lowest frequency. Densities of few lines scatter: a fifth of the white, a third of the slow share. */
+static void test_noise_in_its_shares(void) {
+    scene_t scene;
+    recording_t scenes;
+    scene_open(&scene, 0, &rng);
+    scene.noise_um = 0.01;
+    scene.slow_um = 0.02;
+    for (size_t k = 0; k < (SCENE_SAMPLES + 64) * SCENE_FINER; k++) { /* all of it is a rest */
+        scene.drive[k] = scene.position[k] = 5.0;
+    }
+    scene_record(&scene, NULL, &rng, &scenes);
+    TEST_ASSERT_TRUE(look_at(&scenes, &look, &failure));
+    const noise_share_t *rest = &look.noise.rest;
+    const double seen = 0.02 * sqrt(log(500.0 / rest->lowest_hz) / log(500.0 / 0.05));
+    TEST_ASSERT_DOUBLE_WITHIN(0.2 * 0.01, 0.01, rest->white_um);
+    TEST_ASSERT_DOUBLE_WITHIN(seen / 3.0, seen, rest->slow_um);
+    look_free(&look);
+    recording_free(&scenes);
+    scene_close(&scene);
+}
+
+static void test_white_noise_has_no_slow_share(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 3.0;
+        position()[k] = 0.01 * random_normal(&rng);
+    }
+    position()[5000] += 0.2;
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(0.0005, 0.01, look.noise.rest.white_um);
+    TEST_ASSERT_TRUE(look.noise.rest.slow_um < 0.002);
+    TEST_ASSERT_EQUAL(1, look.noise.rest.outliers);
+    look_free(&look);
+}
+
+static void test_a_path_that_repeats_exactly_has_no_noise(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = (double)(k % 200);
+        position()[k] = 0.1 * drive()[k];
+    }
+    see();
+    TEST_ASSERT_GREATER_THAN_UINT(0, look.noise.repeat.samples);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.noise.repeat.rms_um);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.noise.repeat.white_um);
+    TEST_ASSERT_EQUAL_DOUBLE(0.0, look.noise.repeat.slow_um);
+    look_free(&look);
+}
+
+/* The mode rings through all of each hold of 0.1 s. What is left is white: of 10000 samples their deviation is known to
+ * 0.7 %, and the fit of shares adds as much. It was 28000 times too small. */
+static void test_noise_beside_a_ring(void) {
+    fill_levels(200);
+    fill_with_mode(0.005);
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.005, 0.005, look.noise.rest.white_um);
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.005, 0.005, look.noise.rest.rms_um);
+    TEST_ASSERT_TRUE(look.noise.rest.slow_um < 0.002);
+    TEST_ASSERT_EQUAL(0, look.noise.rest.outliers);
+    /* Nor does it creep: of the way, 0.1 % would be 50 nm. */
+    TEST_ASSERT_TRUE(look.holds.count > 60);
+    TEST_ASSERT_DOUBLE_WITHIN(fmax(0.001, errors * look.holds.creep_sigma), 0.0, look.holds.creep);
+    TEST_ASSERT_TRUE(look.holds.creep_sigma < 0.001);
+    look_free(&look);
+}
+
+/* Hum is no ring of the steps: it stays, as neither share. Its square is 50 times that of the white noise. */
+static void test_hum_beside_noise(void) {
+    fill_levels(1000);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double hum = 0.05 * sin(2.0 * M_PI * 49.7 * (double)k / rate_hz);
+        position()[k] = 0.1 * drive()[k] + hum + 0.005 * random_normal(&rng);
+    }
+    see();
+    /* Its five lines count 8 times the noise each, 40 of 256: some of that is taken for 1/f, off the white. */
+    TEST_ASSERT_DOUBLE_WITHIN(0.3 * 0.005, 0.005, look.noise.rest.white_um);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.035, 0.035, look.noise.rest.other_um); /* 0.05 / sqrt 2 */
+    look_free(&look);
+}
+
+/* Ten readings are 3 um off, in passes that agree to 5 nm: 20 of the differences. */
+static void test_a_burst_is_neither_share(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 50.0 - 50.0 * cos(2.0 * M_PI * (double)k / 1000.0);
+        position()[k] = 0.1 * drive()[k] + 0.005 * random_normal(&rng) + (k >= 5500 && k < 5510 ? 3.0 : 0.0);
+    }
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * 0.005, 0.005, look.noise.repeat.white_um); /* of 14000 samples: 0.6 % */
+    TEST_ASSERT_UINT64_WITHIN(2, 20, look.noise.repeat.outliers);               /* those beside it may look single */
+    TEST_ASSERT_TRUE(look.noise.repeat.other_um < 0.005);
+    look_free(&look);
+}
+
+/* A controller without any delay but its sample knows the noise of each reading, and so does its drive. 0.005 um are
+ * known to 1 % or so; the neighbours' motion adds less than a tenth. It was 1/600 of that. */
+static void test_noise_in_a_closed_loop(void) {
+    double integral = 40.0, next = 40.0;
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double wanted = 8.0 + 4.0 * sin(2.0 * M_PI * 1.5 * (double)k / rate_hz) * (1.0 - 3e-5 * (double)k);
+        drive()[k] = next;
+        position()[k] = 0.2 * drive()[k] + 0.005 * random_normal(&rng);
+        integral += 0.1 * (wanted - position()[k]);
+        next = integral + 0.3 * (wanted - position()[k]);
+    }
+    see();
+    TEST_ASSERT_TRUE(look.prediction.fed_back);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.005, 0.005, look.prediction.noise_um);
+    look_free(&look);
+}
+
+/* An open loop whose position is ahead of the drive by half a sample knows what is new in it, too, but goes along. */
+static void test_a_position_ahead_is_no_closed_loop(void) {
+    for (size_t k = 0; k < SAMPLES; k++) {
+        drive()[k] = 10.0 * random_normal(&rng);
+    }
+    for (size_t k = 0; k < SAMPLES; k++) {
+        const double ahead = k + 1 < SAMPLES ? 0.5 * (drive()[k] + drive()[k + 1]) : drive()[k];
+        position()[k] = 0.2 * ahead + 0.005 * random_normal(&rng);
+    }
+    see();
+    TEST_ASSERT_FALSE(look.prediction.fed_back);
+    TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.005, 0.005, look.prediction.noise_um);
+    look_free(&look);
+}
+
+int main(void) {
+    rng = random_start("look_noise", 20260717U);
+    UNITY_BEGIN();
+    RUN_TEST(test_noise_in_its_shares);
+    RUN_TEST(test_white_noise_has_no_slow_share);
+    RUN_TEST(test_a_path_that_repeats_exactly_has_no_noise);
+    RUN_TEST(test_noise_beside_a_ring);
+    RUN_TEST(test_hum_beside_noise);
+    RUN_TEST(test_a_burst_is_neither_share);
+    RUN_TEST(test_noise_in_a_closed_loop);
+    RUN_TEST(test_a_position_ahead_is_no_closed_loop);
+    return UNITY_END();
+}
