@@ -181,8 +181,10 @@ static bool is_strongest(const window_t *window, size_t reach) {
     return true;
 }
 
-/* Local polynomials around a line. false: the drive has no power there, or leakage looks the same. */
-static bool local_fit(const double *u, const double *y, size_t line, double step_hz, response_point_t *point) {
+/* Local polynomials around a line. tone: the drive is this one frequency. false: the drive has no power there, or
+ * leakage looks the same. */
+static bool local_fit(const double *u, const double *y, size_t line, bool tone, double step_hz,
+                      response_point_t *point) {
     double complex drive[LINES];
     double around = 0.0, at = 0.0;
     window_t window;
@@ -190,7 +192,7 @@ static bool local_fit(const double *u, const double *y, size_t line, double step
     local_t fit, full;
     window_cut(u, y, line, &window);
     const size_t order = separable(&window);
-    const bool tone = is_strongest(&window, LINES), bent = order == ORDER;
+    const bool bent = order == ORDER;
     if (order == 0 || (order == 1 && !is_strongest(&window, MIDDLE)) || !local_gain(&window, order, &fit)) {
         return false;
     }
@@ -208,7 +210,8 @@ static bool local_fit(const double *u, const double *y, size_t line, double step
     if (!(around >= least_in_the_middle * LINES * power)) {
         return false;
     }
-    /* Away from the drive's lines, what looks like leakage may be there all the same. */
+    /* What looks like leakage may be there all the same: the gain of a drive as smooth as that, as the end of a sweep
+     * is, hangs on the response's slope. */
     if (!bent && !tone) {
         if (!local_gain(&window, ORDER, &full)) {
             return false;
@@ -287,13 +290,13 @@ static void by_local_polynomials(const recording_t *recording, const drive_look_
     const bool one_tone = has_one_tone(drive, (double)tone * step_hz, step_hz);
     const size_t first = one_tone ? tone : lowest;
     if (points > 0 && (one_tone || (lowest >= LEAST_TURNS && lowest <= HALF_WIDTH))) {
-        response->count += local_fit(u, y, first, step_hz, &response->point[response->count]) ? 1 : 0;
+        response->count += local_fit(u, y, first, one_tone, step_hz, &response->point[response->count]) ? 1 : 0;
         last = first;
     }
     for (size_t i = 0; i < points && !one_tone; i++) {
         const double f = low * pow(high / low, (double)i / (POINTS - 1));
         const size_t middle = strongest_line(u, fmax(low, f / half_way), fmin(high, f * half_way));
-        if (middle > last && local_fit(u, y, middle, step_hz, &response->point[response->count])) {
+        if (middle > last && local_fit(u, y, middle, false, step_hz, &response->point[response->count])) {
             response->count++;
         }
         last = middle > last ? middle : last;
