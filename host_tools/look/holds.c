@@ -217,6 +217,12 @@ static void find_manner(const recording_t *recording, const drive_look_t *drive,
     }
 }
 
+/* Whether most of the way comes within the hold, as behind a lag that is no shorter: creep is a small part of it. */
+static bool settles_within(const hold_t *hold, double before) {
+    const double way_um = hold->begins_um + hold->slope_um * log10((double)span_length(hold->span)) - before;
+    return hold->slope_um * hold->decades * way_um > threshold.lag_of_way * way_um * way_um;
+}
+
 void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t *holds) {
     const double *u = recording->column[COLUMN_DRIVE], *y = recording->column[COLUMN_DISPLACEMENT];
     reversals_t turns;
@@ -235,8 +241,9 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
         hold_t *hold = &holds->hold[holds->count];
         if (hold_counts(recording, drive, i, &manner) && look_at_hold(recording, drive->rest[i], &manner, hold)) {
             /* Where the line begins, and not the first reading: with a mode or a lag, that has hardly moved yet. */
-            hold->before_um = hold->begins_um - before_the_way(recording, drive, &turns, i);
-            holds->count++;
+            const double before = before_the_way(recording, drive, &turns, i);
+            hold->before_um = hold->begins_um - before;
+            holds->count += settles_within(hold, before) ? 0 : 1;
         }
     }
     for (size_t i = 0; i < holds->count; i++) {
