@@ -68,7 +68,7 @@ static void test_creep_in_holds(void) {
 }
 
 /* Holds of 0.1 s behind a low pass, from shorter to longer than they are: no creep is in them. It was 115 % of the way
- * per decade at 60 Hz, and -100 % at 8. */
+ * per decade at 60 Hz, and -181 % at 8. */
 static void test_a_low_pass_is_no_creep(void) {
     static const double pass_hz[] = {60.0, 25.0, 8.0, 3.0, 1.0};
     for (size_t i = 0; i < sizeof pass_hz / sizeof *pass_hz; i++) {
