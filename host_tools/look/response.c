@@ -126,7 +126,22 @@ typedef struct {
     double complex gain;
     double variance; /* of real and imaginary part together */
     double noise;    /* power a line, that is left */
+    bool in_middle;  /* a slope or bend of the response changes it as if it came from the middle quarter */
 } local_t;
+
+/* Whether r and r^2 of what a gain comes from, by a column, are those of the middle quarter. */
+static bool comes_from_middle(const window_t *window, const double complex *column, double size) {
+    double complex value[LINES];
+    bool middle = true;
+    memcpy(value, window->drive, sizeof value);
+    for (unsigned power = 1; power < ORDER; power++) {
+        for (size_t l = 0; l < LINES; l++) {
+            value[l] *= window->r[l];
+        }
+        middle = middle && cabs(product(column, value)) <= gsl_pow_uint((double)MIDDLE / HALF_WIDTH, power) * size;
+    }
+    return middle;
+}
 
 /* The response in the middle, as the first of `order` coefficients. It comes last, so that its column alone says it.
  * What is left is taken as white, unless the lines of the drive disagree: distortion is where the drive is. A line that
@@ -149,6 +164,7 @@ static bool local_gain(const window_t *window, size_t order, local_t *fit) {
     const double complex *column = basis.column[others];
     const double size = cabs(product(column, window->drive)), freedom = (double)(LINES - basis.count);
     fit->gain = product(column, window->position) / size;
+    fit->in_middle = comes_from_middle(window, column, size);
     memcpy(left, window->position, sizeof left);
     basis_leave(&basis, left);
     const double all = power_of(left);
@@ -181,10 +197,8 @@ static bool is_strongest(const window_t *window, size_t reach) {
     return true;
 }
 
-/* Local polynomials around a line. tone: the drive is this one frequency. false: the drive has no power there, or
- * leakage looks the same. */
-static bool local_fit(const double *u, const double *y, size_t line, bool tone, double step_hz,
-                      response_point_t *point) {
+/* Local polynomials around a line. false: the drive has no power there, or leakage looks the same. */
+static bool local_fit(const double *u, const double *y, size_t line, double step_hz, response_point_t *point) {
     double complex drive[LINES];
     double around = 0.0, at = 0.0;
     window_t window;
@@ -210,8 +224,9 @@ static bool local_fit(const double *u, const double *y, size_t line, bool tone, 
     if (!(around >= least_in_the_middle * LINES * power)) {
         return false;
     }
-    /* What looks like leakage may be there all the same: the gain of a drive as smooth as that, as the end of a sweep
-     * is, hangs on the response's slope. */
+    /* What looks like leakage may be there all the same. A tone's gain is its own line's and does not hang on it; that
+     * of a drive as smooth as leakage, as the end of a sweep is, does. */
+    const bool tone = is_strongest(&window, LINES) && fit.in_middle;
     if (!bent && !tone) {
         if (!local_gain(&window, ORDER, &full)) {
             return false;
@@ -290,13 +305,13 @@ static void by_local_polynomials(const recording_t *recording, const drive_look_
     const bool one_tone = has_one_tone(drive, (double)tone * step_hz, step_hz);
     const size_t first = one_tone ? tone : lowest;
     if (points > 0 && (one_tone || (lowest >= LEAST_TURNS && lowest <= HALF_WIDTH))) {
-        response->count += local_fit(u, y, first, one_tone, step_hz, &response->point[response->count]) ? 1 : 0;
+        response->count += local_fit(u, y, first, step_hz, &response->point[response->count]) ? 1 : 0;
         last = first;
     }
     for (size_t i = 0; i < points && !one_tone; i++) {
         const double f = low * pow(high / low, (double)i / (POINTS - 1));
         const size_t middle = strongest_line(u, fmax(low, f / half_way), fmin(high, f * half_way));
-        if (middle > last && local_fit(u, y, middle, false, step_hz, &response->point[response->count])) {
+        if (middle > last && local_fit(u, y, middle, step_hz, &response->point[response->count])) {
             response->count++;
         }
         last = middle > last ? middle : last;

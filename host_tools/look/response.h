@@ -14,8 +14,8 @@
  * lines of one that has few. Below the ninth line there is one point at most, where the drive has most.
  *
  * - The spectra of a tone that fades and of a sweep's end are as smooth as leakage, and the response's slope and bend
- *   there are leakage as well. They are not fitted then, and the error has what they would have changed. Only the gain
- *   of a drive of one tone does not need them.
+ *   there are leakage as well. They are not fitted then. The gain of a tone comes from the lines in the middle, and
+ * does not need them. Elsewhere the error has what they would have changed.
  * - The error takes what the parabolas leave as white, if the lines agree with that. Distortion is where the drive is,
  *   and where a gain hangs on one line the fit leaves nearly nothing of it, right or wrong. A line that has more than
  *   noise would leave of it makes the error: how far the gain moves without this line.
