@@ -127,6 +127,19 @@ static void test_filtered_noise_is_no_hum(void) {
     look_free(&look);
 }
 
+/* A converter with steps of five deviations: where most readings are one code, the next one is not far outside. */
+static void test_coarse_readings_at_rest(void) {
+    fill_levels(1000);
+    for (size_t k = 0; k < SAMPLES; k++) {
+        position()[k] = 0.01 * round(100.0 * (0.1 * drive()[k] + 0.002 * random_normal(&rng)));
+    }
+    position()[5500] += 0.1;
+    see();
+    TEST_ASSERT_DOUBLE_WITHIN(1e-4, 0.01, look.noise.step_um);
+    TEST_ASSERT_EQUAL_UINT64(1, look.noise.rest.outliers);
+    look_free(&look);
+}
+
 /* Ten readings are 3 um off, in passes that agree to 5 nm: 20 of the differences. */
 static void test_a_burst_is_neither_share(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -184,6 +197,7 @@ int main(void) {
     RUN_TEST(test_hum_beside_noise);
     RUN_TEST(test_hum_in_short_holds);
     RUN_TEST(test_filtered_noise_is_no_hum);
+    RUN_TEST(test_coarse_readings_at_rest);
     RUN_TEST(test_a_burst_is_neither_share);
     RUN_TEST(test_noise_in_a_closed_loop);
     RUN_TEST(test_a_position_ahead_is_no_closed_loop);

@@ -15,6 +15,7 @@ typedef struct {
     double *value;
     size_t count, stretches;
     size_t *begin;
+    double rounding; /* deviation that the steps of a converter make alone */
 } stretches_t;
 
 static void stretches_free(stretches_t *s) {
@@ -190,7 +191,7 @@ static void mark_single(const stretches_t *s, unsigned char *far) {
             at[inner++] = k;
         }
     }
-    const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
+    const double usual = inner > 0 ? fmax(s->rounding, look_robust_deviation(apart, inner)) : 0.0;
     for (size_t k = 0; k < inner; k++) {
         const size_t here = at[k];
         if (far[here - 1] == 0 && far[here] == 0 && far[here + 1] == 0 && usual > 0.0 &&
@@ -205,7 +206,7 @@ static void mark_single(const stretches_t *s, unsigned char *far) {
 
 /* Marks samples far from all others, unless they are so many that the distribution is wide. */
 static void mark_far(const stretches_t *s, unsigned char *far) {
-    const double usual = look_robust_deviation(s->value, s->count);
+    const double usual = fmax(s->rounding, look_robust_deviation(s->value, s->count));
     size_t count = 0;
     for (size_t k = 0; k < s->count; k++) {
         count += fabs(s->value[k]) > threshold.beyond_chance * usual ? 1 : 0;
@@ -300,10 +301,10 @@ static void rests_of(const recording_t *recording, const drive_look_t *drive, st
 void noise_look(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
                 noise_look_t *noise) {
     const double *y = recording->column[COLUMN_DISPLACEMENT];
-    stretches_t rests = {0}, repeats = {0};
     memset(noise, 0, sizeof *noise);
     noise->digit_um = resolution_digit(y, recording->samples);
     noise->step_um = resolution_step_of_reading(y, recording->column[COLUMN_DRIVE], recording->samples);
+    stretches_t rests = {.rounding = noise->step_um / sqrt(12.0)}, repeats = rests;
     rests_of(recording, drive, &rests);
     share_of(&rests, recording->sample_rate_hz, &noise->rest);
     if (repetition->count > 0) {
