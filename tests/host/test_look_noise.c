@@ -172,6 +172,31 @@ static void test_noise_in_a_closed_loop(void) {
     look_free(&look);
 }
 
+/* The same with steps that it is to follow, and with up to two samples more before it answers: it was the noise of a
+ * measurement, and 1/60 of the readings' noise. */
+static void test_noise_in_slower_loops_and_steps(void) {
+    for (size_t run = 0; run < 6; run++) {
+        const size_t late = run % 3;
+        double integral = 40.0, wanted = 8.0, next[3] = {40.0, 40.0, 40.0};
+        for (size_t k = 0; k < SAMPLES; k++) {
+            if (run < 3) {
+                wanted = 8.0 + 4.0 * sin(2.0 * M_PI * 1.5 * (double)k / rate_hz) * (1.0 - 3e-5 * (double)k);
+            } else if (k % 1000 == 0) {
+                wanted = 4.0 + 8.0 * random_unit(&rng);
+            }
+            drive()[k] = next[k % 3];
+            position()[k] = 0.2 * drive()[k] + 0.005 * random_normal(&rng);
+            integral += 0.1 * (wanted - position()[k]);
+            next[(k + 1 + late) % 3] = integral + 0.3 * (wanted - position()[k]);
+        }
+        see();
+        TEST_ASSERT_TRUE(look.prediction.fed_back);
+        TEST_ASSERT_DOUBLE_WITHIN(0.1 * 0.005, 0.005, look.prediction.noise_um);
+        TEST_ASSERT_NULL_MESSAGE(strstr(said(), "measured"), said());
+        look_free(&look);
+    }
+}
+
 /* An open loop whose position is ahead of the drive by half a sample knows what is new in it, too, but goes along. */
 static void test_a_position_ahead_is_no_closed_loop(void) {
     for (size_t k = 0; k < SAMPLES; k++) {
@@ -200,6 +225,7 @@ int main(void) {
     RUN_TEST(test_coarse_readings_at_rest);
     RUN_TEST(test_a_burst_is_neither_share);
     RUN_TEST(test_noise_in_a_closed_loop);
+    RUN_TEST(test_noise_in_slower_loops_and_steps);
     RUN_TEST(test_a_position_ahead_is_no_closed_loop);
     return UNITY_END();
 }
