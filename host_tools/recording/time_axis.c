@@ -20,8 +20,8 @@ static const double gap_from = 1.5;
  * the other steps make unlikely saw the loss of two samples beside jitter of 0.15, but refused what does no harm. */
 static const double gap_in_jitter = 4.0;
 /* Steps over which jitter averages out, so that their mean is the rate there; of short files a quarter. In files of 300
- * and 3000 rows with normal jitter up to 0.4 of a step, or a tail of 0.3, no rate of 100 was said to change, and each
- * did that was 1.6 times as high in one half. In 40 rows jitter of 0.3 was refused 7 times of 100. */
+ * and 3000 rows with normal jitter up to 0.4 of a step, or a tail of 0.3, no rate of 100 was said to change. Each
+ * was that is 1.6 times as high in one half. In 40 rows jitter of 0.3 was refused 7 times of 100. */
 enum { LOCAL_STEPS = 64, FEWEST_LOCAL_STEPS = 4 };
 /* Relative tolerance between a stated rate and that of the stamps: clocks and printed digits differ by less, wrong
  * units by more. */
