@@ -48,121 +48,123 @@ static bool hold_counts(const recording_t *recording, const drive_look_t *drive,
            long_enough(drive->rest[which], skipped_of(recording, drive->rest[which], manner));
 }
 
-enum { COLUMN_ONE, COLUMN_LOG, LINE_COLUMNS, MOST_COLUMNS = LINE_COLUMNS + 1 + SETTLING_COLUMNS };
+enum { COLUMN_ONE, COLUMN_LOG, LINE_COLUMNS };
 
-/* Columns over logarithmic time, and of what rings or settles; behind the first `before` of them others have room. */
-static size_t fill_columns(const recording_t *recording, look_span_t rest, const manner_t *manner, settling_pick_t pick,
-                           size_t before, double *columns) {
-    const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
+/* What a hold is fitted with beside a straight line over logarithmic time: what rings or settles, a bend. */
+typedef struct {
+    settling_pick_t pick;
+    bool bent;
+    size_t without_first; /* samples that have no say */
+} shape_t;
+
+enum { MOST_COLUMNS = LINE_COLUMNS + 1 + SETTLING_COLUMNS };
+
+typedef struct {
+    size_t count, columns;
+    double *left; /* by the fit of each sample; to be freed */
+    look_regression_t fit;
+    bool good;
+} hold_fit_t;
+
+/* Columns over logarithmic time, and of what rings or settles. Returns how many. */
+static size_t fill_columns(const shape_t *shape, const manner_t *manner, size_t skipped, double rate_hz, size_t count,
+                           double *columns) {
+    size_t made = LINE_COLUMNS;
     for (size_t k = 0; k < count; k++) {
         columns[COLUMN_ONE * count + k] = 1.0;
-        columns[COLUMN_LOG * count + k] = log10((double)(k + skipped) / recording->sample_rate_hz);
+        columns[COLUMN_LOG * count + k] = log10((double)(k + skipped) / rate_hz);
     }
-    return before + settling_columns(&manner->settling, pick, count, columns + before * count);
+    if (shape->bent) {
+        const double middle = look_mean(columns + COLUMN_LOG * count, count);
+        for (size_t k = 0; k < count; k++) {
+            columns[made * count + k] = pow(columns[COLUMN_LOG * count + k] - middle, 2.0);
+        }
+        made++;
+    }
+    return made + settling_columns(&manner->settling, shape->pick, count, columns + made * count);
 }
 
-static void point_at(const double *columns, size_t count, const double *column[MOST_COLUMNS]) {
+static hold_fit_t fit_hold(const recording_t *recording, look_span_t rest, const manner_t *manner,
+                           const shape_t *shape) {
+    const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
+    const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
+    double *columns = allocate(MOST_COLUMNS * count, sizeof *columns), *weight = allocate(count, sizeof *weight);
+    hold_fit_t fit = {.count = count, .left = allocate(count, sizeof *fit.left)};
+    fit.columns = fill_columns(shape, manner, skipped, recording->sample_rate_hz, count, columns);
     for (size_t i = 0; i < MOST_COLUMNS; i++) {
         column[i] = columns + i * count;
     }
-}
-
-/* Fits one hold. */
-static bool look_at_hold(const recording_t *recording, look_span_t rest, const manner_t *manner, hold_t *hold) {
-    const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
-    const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
-    double *columns = allocate(MOST_COLUMNS * count, sizeof *columns), *left = allocate(count, sizeof *left);
-    look_regression_t fit = {0}, bent = {0};
-    point_at(columns, count, column);
-    const size_t all = fill_columns(recording, rest, manner, SETTLING_RINGS, LINE_COLUMNS, columns);
-    const bool good = look_regress(column, all, y, NULL, count, &fit);
-    memcpy(left, y, count * sizeof *left);
-    columns_add(column, all, fit.coefficient, -1.0, count, left);
-    const size_t more = fill_columns(recording, rest, manner, SETTLING_RINGS, LINE_COLUMNS + 1, columns);
-    const double middle = look_mean(columns + COLUMN_LOG * count, count);
     for (size_t k = 0; k < count; k++) {
-        columns[LINE_COLUMNS * count + k] = pow(columns[COLUMN_LOG * count + k] - middle, 2.0);
+        weight[k] = k < shape->without_first ? 0.0 : 1.0;
     }
-    const bool bends = look_regress(column, more, y, NULL, count, &bent);
-    const residual_run_t run = {left, count};
-    const double widen = good ? sqrt(autocorrelation_time(&run, 1)) : 1.0;
-    hold->span = rest;
-    hold->decades = log10((double)span_length(rest) / (double)skipped);
-    hold->slope_um = fit.coefficient[COLUMN_LOG];
-    hold->slope_sigma_um = fit.sigma[COLUMN_LOG] * widen;
-    hold->begins_um = fit.coefficient[COLUMN_ONE] - hold->slope_um * log10(recording->sample_rate_hz);
-    hold->bend_um = bent.coefficient[LINE_COLUMNS];
-    hold->bend_sigma_um = bent.sigma[LINE_COLUMNS] * widen;
+    fit.good = look_regress(column, fit.columns, y, weight, count, &fit.fit);
+    memcpy(fit.left, y, count * sizeof *fit.left);
+    if (fit.good) {
+        columns_add(column, fit.columns, fit.fit.coefficient, -1.0, count, fit.left);
+    }
     free(columns);
-    free(left);
-    return good && bends;
+    free(weight);
+    return fit;
 }
 
-/* Sum of squares that a straight line and what rings (or also what settles) leave of all holds; degrees of freedom. */
-static double squares_left(const recording_t *recording, const drive_look_t *drive, const manner_t *manner,
-                           settling_pick_t pick, double *freedom) {
-    double sum = 0.0;
-    *freedom = 0.0;
+static bool look_at_hold(const recording_t *recording, look_span_t rest, const manner_t *manner, hold_t *hold) {
+    hold_fit_t line = fit_hold(recording, rest, manner, &(shape_t){.pick = SETTLING_RINGS});
+    hold_fit_t bent = fit_hold(recording, rest, manner, &(shape_t){.pick = SETTLING_RINGS, .bent = true});
+    const residual_run_t run = {line.left, line.count};
+    const double widen = line.good ? sqrt(autocorrelation_time(&run, 1)) : 1.0;
+    hold->span = rest;
+    hold->decades = log10((double)span_length(rest) / (double)skipped_of(recording, rest, manner));
+    hold->slope_um = line.fit.coefficient[COLUMN_LOG];
+    hold->slope_sigma_um = line.fit.sigma[COLUMN_LOG] * widen;
+    hold->begins_um = line.fit.coefficient[COLUMN_ONE] - hold->slope_um * log10(recording->sample_rate_hz);
+    hold->bend_um = bent.fit.coefficient[LINE_COLUMNS];
+    hold->bend_sigma_um = bent.fit.sigma[LINE_COLUMNS] * widen;
+    free(line.left);
+    free(bent.left);
+    return line.good && bent.good;
+}
+
+/* What a shape leaves of all holds together. */
+typedef struct {
+    double squares, freedom;
+    double first_squares; /* of the first samples */
+    size_t holds;
+} left_t;
+
+static left_t left_of_holds(const recording_t *recording, const drive_look_t *drive, const manner_t *manner,
+                            const shape_t *shape) {
+    left_t left = {0};
     for (size_t i = 0; i < drive->rests; i++) {
         if (hold_counts(recording, drive, i, manner)) {
-            const look_span_t rest = drive->rest[i];
-            const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
-            const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
-            double *columns = allocate(MOST_COLUMNS * count, sizeof *columns);
-            look_regression_t fit = {0};
-            point_at(columns, count, column);
-            const size_t all = fill_columns(recording, rest, manner, pick, LINE_COLUMNS, columns);
-            if (look_regress(column, all, y, NULL, count, &fit)) {
-                sum += pow(fit.rms, 2.0) * (double)(count - all);
-                *freedom += (double)(count - all);
+            hold_fit_t fit = fit_hold(recording, drive->rest[i], manner, shape);
+            if (fit.good) {
+                const double freedom = (double)(fit.count - shape->without_first - fit.columns);
+                left.squares += pow(fit.fit.rms, 2.0) * freedom;
+                left.freedom += freedom;
+                left.first_squares += fit.left[0] * fit.left[0];
+                left.holds++;
             }
-            free(columns);
+            free(fit.left);
         }
     }
-    return sum;
+    return left;
 }
 
 /* Whether the holds are straight lines over logarithmic time: exponentials beside explain less than most of what is
  * left. */
 static bool are_straight(const recording_t *recording, const drive_look_t *drive, const manner_t *manner) {
-    double of_lines, of_all;
-    const double lines = squares_left(recording, drive, manner, SETTLING_RINGS, &of_lines);
-    const double all = squares_left(recording, drive, manner, SETTLING_ALL, &of_all);
-    return !(of_lines > of_all && of_all > 0.0) || all * of_lines > threshold.lag_leaves * lines * of_all;
+    const left_t lines = left_of_holds(recording, drive, manner, &(shape_t){.pick = SETTLING_RINGS});
+    const left_t all = left_of_holds(recording, drive, manner, &(shape_t){.pick = SETTLING_ALL});
+    return !(lines.freedom > all.freedom && all.freedom > 0.0) ||
+           all.squares * lines.freedom > threshold.lag_leaves * lines.squares * all.freedom;
 }
 
-/* Whether the first samples that are looked at are as near to their lines as the others: behind a dead time they are
- * not. */
+/* Whether the first samples that are looked at are as near to their lines, as the others say them, as these are: behind
+ * a dead time they are not. */
 static bool begin_straight(const recording_t *recording, const drive_look_t *drive, const manner_t *manner) {
-    double first = 0.0, others = 0.0;
-    size_t holds = 0, samples = 0;
-    for (size_t i = 0; i < drive->rests; i++) {
-        if (hold_counts(recording, drive, i, manner)) {
-            const look_span_t rest = drive->rest[i];
-            const size_t skipped = skipped_of(recording, rest, manner), count = span_length(rest) - skipped;
-            const double *y = recording->column[COLUMN_DISPLACEMENT] + rest.from + skipped, *column[MOST_COLUMNS];
-            double *columns = allocate(MOST_COLUMNS * count, sizeof *columns), *left = allocate(count, sizeof *left);
-            double *later = allocate(count, sizeof *later);
-            look_regression_t fit = {0};
-            point_at(columns, count, column);
-            const size_t all = fill_columns(recording, rest, manner, SETTLING_RINGS, LINE_COLUMNS, columns);
-            for (size_t k = 1; k < count; k++) { /* the first one is to be said by the others */
-                later[k] = 1.0;
-            }
-            if (look_regress(column, all, y, later, count, &fit)) {
-                memcpy(left, y, count * sizeof *left);
-                columns_add(column, all, fit.coefficient, -1.0, count, left);
-                first += left[0] * left[0];
-                others += pow(fit.rms, 2.0) * (double)count;
-                holds++;
-                samples += count;
-            }
-            free(columns);
-            free(left);
-            free(later);
-        }
-    }
-    return holds == 0 || first * (double)samples <= pow(threshold.edge_of_noise, 2.0) * others * (double)holds;
+    const left_t left = left_of_holds(recording, drive, manner, &(shape_t){.pick = SETTLING_RINGS, .without_first = 1});
+    return left.holds == 0 ||
+           left.first_squares * left.freedom <= pow(threshold.edge_of_noise, 2.0) * left.squares * (double)left.holds;
 }
 
 static size_t samples_until_settled(const settling_term_t *term) {
@@ -215,6 +217,12 @@ static void find_manner(const recording_t *recording, const drive_look_t *drive,
     }
 }
 
+/* Whether most of the way comes within the hold, as behind a lag that is no shorter: creep is a small part of it. */
+static bool settles_within(const hold_t *hold, double before) {
+    const double way_um = hold->begins_um + hold->slope_um * log10((double)span_length(hold->span)) - before;
+    return hold->slope_um * hold->decades * way_um > threshold.lag_of_way * way_um * way_um;
+}
+
 void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t *holds) {
     const double *u = recording->column[COLUMN_DRIVE], *y = recording->column[COLUMN_DISPLACEMENT];
     reversals_t turns;
@@ -233,8 +241,9 @@ void holds_look(const recording_t *recording, const drive_look_t *drive, holds_t
         hold_t *hold = &holds->hold[holds->count];
         if (hold_counts(recording, drive, i, &manner) && look_at_hold(recording, drive->rest[i], &manner, hold)) {
             /* Where the line begins, and not the first reading: with a mode or a lag, that has hardly moved yet. */
-            hold->before_um = hold->begins_um - before_the_way(recording, drive, &turns, i);
-            holds->count++;
+            const double before = before_the_way(recording, drive, &turns, i);
+            hold->before_um = hold->begins_um - before;
+            holds->count += settles_within(hold, before) ? 0 : 1;
         }
     }
     for (size_t i = 0; i < holds->count; i++) {

@@ -7,7 +7,8 @@
  * rested) it is the creep per decade. Its error is widened by the residuals' autocorrelation time.
  *
  * What rings (signal/settling.h) is fitted along with it. Where exponentials explain what such lines leave, it is a lag
- * that settles there: the fit begins when that is over, and holds that are too short for it are left out.
+ * that settles there: the fit begins when that is over, and holds that are too short for it are left out. So are those
+ * within which most of the way comes.
  */
 #ifndef LOOK_HOLDS_H
 #define LOOK_HOLDS_H

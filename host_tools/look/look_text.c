@@ -61,7 +61,8 @@ static void print_drive(FILE *file, const look_t *look) {
         fprintf(file, "; %zu step%s", d->steps, d->steps == 1 ? "" : "s");
     }
     if (d->noise_v > 0.0) {
-        fprintf(file, "; measured, with noise of %.2g V", d->noise_v);
+        const char *const what = look->prediction.fed_back ? "answers the readings" : "measured";
+        fprintf(file, "; %s, with noise of %.2g V", what, d->noise_v);
     }
     if (d->held_samples > 1) {
         fprintf(file, "; a new value every %zu samples", d->held_samples);

@@ -126,7 +126,22 @@ typedef struct {
     double complex gain;
     double variance; /* of real and imaginary part together */
     double noise;    /* power a line, that is left */
+    bool in_middle;  /* a slope or bend of the response changes it as if it came from the middle quarter */
 } local_t;
+
+/* Whether r and r^2 of what a gain comes from, by a column, are those of the middle quarter. */
+static bool comes_from_middle(const window_t *window, const double complex *column, double size) {
+    double complex value[LINES];
+    bool middle = true;
+    memcpy(value, window->drive, sizeof value);
+    for (unsigned power = 1; power < ORDER; power++) {
+        for (size_t l = 0; l < LINES; l++) {
+            value[l] *= window->r[l];
+        }
+        middle = middle && cabs(product(column, value)) <= gsl_pow_uint((double)MIDDLE / HALF_WIDTH, power) * size;
+    }
+    return middle;
+}
 
 /* The response in the middle, as the first of `order` coefficients. It comes last, so that its column alone says it.
  * What is left is taken as white, unless the lines of the drive disagree: distortion is where the drive is. A line that
@@ -149,6 +164,7 @@ static bool local_gain(const window_t *window, size_t order, local_t *fit) {
     const double complex *column = basis.column[others];
     const double size = cabs(product(column, window->drive)), freedom = (double)(LINES - basis.count);
     fit->gain = product(column, window->position) / size;
+    fit->in_middle = comes_from_middle(window, column, size);
     memcpy(left, window->position, sizeof left);
     basis_leave(&basis, left);
     const double all = power_of(left);
@@ -190,7 +206,7 @@ static bool local_fit(const double *u, const double *y, size_t line, double step
     local_t fit, full;
     window_cut(u, y, line, &window);
     const size_t order = separable(&window);
-    const bool tone = is_strongest(&window, LINES), bent = order == ORDER;
+    const bool bent = order == ORDER;
     if (order == 0 || (order == 1 && !is_strongest(&window, MIDDLE)) || !local_gain(&window, order, &fit)) {
         return false;
     }
@@ -208,7 +224,9 @@ static bool local_fit(const double *u, const double *y, size_t line, double step
     if (!(around >= least_in_the_middle * LINES * power)) {
         return false;
     }
-    /* Away from the drive's lines, what looks like leakage may be there all the same. */
+    /* What looks like leakage may be there all the same. A tone's gain is its own line's and does not hang on it; that
+     * of a drive as smooth as leakage, as the end of a sweep is, does. */
+    const bool tone = is_strongest(&window, LINES) && fit.in_middle;
     if (!bent && !tone) {
         if (!local_gain(&window, ORDER, &full)) {
             return false;

@@ -13,9 +13,9 @@
  * best, and if the drive has power close to it. So there is no point above the band of a smooth drive, nor between the
  * lines of one that has few. Below the ninth line there is one point at most, where the drive has most.
  *
- * - The spectrum of a tone that fades is as smooth as leakage, and the response's slope and bend there are leakage as
- *   well. They are not fitted then. At the drive's own line the gain does not need them. Elsewhere the error has what
- *   they would have changed.
+ * - The spectra of a tone that fades and of a sweep's end are as smooth as leakage, and the response's slope and bend
+ *   there are leakage as well. They are not fitted then. The gain of a tone comes from the lines in the middle, and
+ * does not need them. Elsewhere the error has what they would have changed.
  * - The error takes what the parabolas leave as white, if the lines agree with that. Distortion is where the drive is,
  *   and where a gain hangs on one line the fit leaves nearly nothing of it, right or wrong. A line that has more than
  *   noise would leave of it makes the error: how far the gain moves without this line.

@@ -14,9 +14,14 @@ static const double even_within = 0.25;
 /* A step longer than this many typical ones is a gap, if most steps are nearly equal. So unlike the rates of two parts
  * may not be either: what is resampled between them is made up in the slow one, or lost in the fast one. */
 static const double gap_from = 1.5;
-/* Among uneven steps, of this many mean ones: jitter is less. */
+/* Among uneven steps, of this many mean ones. What is lost is what the interpolation makes up within: of a sine with
+ * 20, 50 and 100 samples a period 2.9, 0.2 and 0.05 % of its range, and three times that in a step of 6. Normal jitter
+ * up to 0.4 of a step never makes one of 4 in 10000; a latency with an exponential tail of 0.4 does. A test for what
+ * the other steps make unlikely saw the loss of two samples beside jitter of 0.15, but refused what does no harm. */
 static const double gap_in_jitter = 4.0;
-/* Steps over which jitter averages out, so that their mean is the rate there; of short files a quarter. */
+/* Steps over which jitter averages out, so that their mean is the rate there; of short files a quarter. In files of 300
+ * and 3000 rows with normal jitter up to 0.4 of a step, or a tail of 0.3, no rate of 100 was said to change. Each
+ * was that is 1.6 times as high in one half. In 40 rows jitter of 0.3 was refused 7 times of 100. */
 enum { LOCAL_STEPS = 64, FEWEST_LOCAL_STEPS = 4 };
 /* Relative tolerance between a stated rate and that of the stamps: clocks and printed digits differ by less, wrong
  * units by more. */

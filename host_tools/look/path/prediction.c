@@ -13,7 +13,7 @@ enum {
     DRIVES = 2 * REACH + 1,
     COLUMNS = 1 + NEIGHBOURS + DRIVES,
     PASSES = 3,
-    MOST_ANSWER = 2
+    MOST_ANSWER = REACH
 };
 static const double rounding = 0.29; /* deviation of rounding to a step, 1 / sqrt(12) */
 
@@ -55,8 +55,18 @@ static double *new_in(const novelty_t *n, size_t samples, const unsigned char *q
         weight[k] = quiet[k + REACH];
         left[k] = n->value[k + n->at];
     }
-    look_regress(column, columns, n->value + n->at, weight, rows, &fit);
-    columns_add(column, columns, fit.coefficient, -1.0, rows, left);
+    for (size_t pass = 0; pass < PASSES; pass++) {
+        look_regress(column, columns, n->value + n->at, weight, rows, &fit);
+        memcpy(left, n->value + n->at, rows * sizeof *left);
+        columns_add(column, columns, fit.coefficient, -1.0, rows, left);
+        const double usual = look_robust_deviation(left, rows);
+        for (size_t k = 0; k < rows; k++) {
+            weight[k] = quiet[k + REACH] != 0 && fabs(left[k]) <= threshold.left_out_beyond * usual;
+        }
+    }
+    for (size_t k = 0; k < rows; k++) { /* what is far out is no noise */
+        left[k] *= weight[k];
+    }
     free(all);
     free(weight);
     return left;

@@ -252,6 +252,17 @@ static bool is_one_sine(const double *u, const drive_look_t *drive) {
     return one;
 }
 
+/* Mean durations of a few ways each, without overlap: one way alone is whole samples, of which a fast one has few.
+ * Returns how many. */
+static size_t durations_of(const reversals_t *turns, size_t few, size_t most, double *duration) {
+    const size_t all = (turns->count - 1) / few, used = all < most ? all : most;
+    for (size_t i = 0; i < used; i++) {
+        const size_t at = i * all / used * few;
+        duration[i] = (double)(turns->at[at + few] - turns->at[at]) / (double)few;
+    }
+    return used;
+}
+
 /* Rank correlation of the ways' durations with time. */
 static double trend_of(const double *value, size_t count) {
     double concordant = 0.0;
@@ -265,7 +276,7 @@ static double trend_of(const double *value, size_t count) {
 
 static drive_kind_t kind_without_period(const double *u, const drive_look_t *drive, size_t samples, double rate_hz,
                                         const reversals_t *turns) {
-    enum { MOST_WAYS = 400 };
+    enum { MOST_WAYS = 400, FEW_WAYS = 8 };
     const size_t ways = turns->count > 0 ? turns->count - 1 : 0;
     drive_kind_t kind = DRIVE_RANDOM;
     if (drive->steps > 0 && drive->rest_s * rate_hz > threshold.most_of_recording * (double)samples) {
@@ -275,14 +286,11 @@ static drive_kind_t kind_without_period(const double *u, const drive_look_t *dri
         return DRIVE_LINES;
     }
     if ((double)ways >= threshold.fewest_ways) {
-        const size_t used = ways < MOST_WAYS ? ways : MOST_WAYS;
-        double *duration = allocate(used, sizeof *duration);
-        for (size_t i = 0; i < used; i++) {
-            const size_t at = i * ways / used;
-            duration[i] = (double)(turns->at[at + 1] - turns->at[at]);
-        }
-        const double middle = look_quantile(duration, used, 0.5), spread = look_robust_deviation(duration, used);
-        if (fabs(trend_of(duration, used)) > threshold.sweeps) {
+        double *duration = allocate(MOST_WAYS, sizeof *duration);
+        const size_t alone = durations_of(turns, 1, MOST_WAYS, duration);
+        const double middle = look_quantile(duration, alone, 0.5), spread = look_robust_deviation(duration, alone);
+        const size_t means = durations_of(turns, ways < FEW_WAYS * FEW_WAYS ? 1 : FEW_WAYS, MOST_WAYS, duration);
+        if (fabs(trend_of(duration, means)) > threshold.sweeps) {
             kind = DRIVE_SWEEP;
         } else if (spread < threshold.same_duration * middle + 1.0) {
             kind = DRIVE_SWELLING;

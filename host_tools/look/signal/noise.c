@@ -3,17 +3,19 @@
 #include "look/signal/resolution.h"
 #include "look/signal/settling.h"
 #include "thresholds/thresholds.h"
+#include <gsl/gsl_cdf.h>
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAST_SAMPLES = 64, MOST_SEGMENT = 4096, TREND = 3, LOWEST_LINES = 3, WHITTLE_STEPS = 30 };
+enum { LEAST_SAMPLES = 64, MOST_SEGMENT = 4096, TREND = 3, LOWEST_LINES = 3, WHITTLE_STEPS = 30, AROUND = 16 };
 
 /* Several stretches of noise in time order: stretch i is value[begin[i] .. begin[i + 1]). */
 typedef struct {
     double *value;
     size_t count, stretches;
     size_t *begin;
+    double rounding; /* deviation that the steps of a converter make alone */
 } stretches_t;
 
 static void stretches_free(stretches_t *s) {
@@ -56,40 +58,126 @@ static size_t density_of(const stretches_t *s, size_t length, double rate_hz, do
     return averaged;
 }
 
-/* w + a / f by Whittle's likelihood: least squares weighted with what was found before, neither below 0. A line of hum
- * or of a ring is neither share. It counts as the largest of noise, so that slow noise of few tones is noise still. */
-static void fit_shares(const double *density, size_t length, double rate_hz, double *w, double *a) {
-    const double step_hz = rate_hz / (double)length;
-    *w = look_quantile(density + LOWEST_LINES, length / 2 - LOWEST_LINES, 0.5) / 0.7;
-    *a = 1e-3 * *w * step_hz;
-    for (size_t i = 0; i < WHITTLE_STEPS; i++) {
-        double s11 = 0.0, s12 = 0.0, s22 = 0.0, b1 = 0.0, b2 = 0.0;
-        for (size_t h = LOWEST_LINES; h < length / 2; h++) {
-            const double x = 1.0 / ((double)h * step_hz), model = *w + *a * x;
-            const double weight = model > 0.0 ? 1.0 / (model * model) : 0.0;
-            const double here = fmin(density[h], threshold.most_of_line * model);
-            s11 += weight;
-            s12 += weight * x;
-            s22 += weight * x * x;
-            b1 += weight * here;
-            b2 += weight * x * here;
-        }
-        if (s11 <= 0.0) {
-            return; /* readings that repeat exactly have no density to weight with */
-        }
-        const double determinant = s11 * s22 - s12 * s12;
-        double white = determinant > 0.0 ? (b1 * s22 - b2 * s12) / determinant : b1 / s11;
-        double slow = determinant > 0.0 ? (b2 * s11 - b1 * s12) / determinant : 0.0;
-        if (slow < 0.0) {
-            slow = 0.0;
-            white = b1 / s11;
-        } else if (white < 0.0) {
-            white = 0.0;
-            slow = b2 / s22;
-        }
-        *w = 0.5 * (*w + white);
-        *a = 0.5 * (*a + slow);
+/* w + a / f at a line of a spectrum, one-sided. */
+typedef struct {
+    double white, slow, step_hz;
+} shares_t;
+
+static double density_at(const shares_t *shares, size_t line) {
+    return shares->white + shares->slow / ((double)line * shares->step_hz);
+}
+
+/* A spectrum whose noise is looked for. */
+typedef struct {
+    const double *density;
+    size_t lines;
+    double *around; /* what noise has at each line, of any colour, by the median around it */
+    double most;    /* times as much as is expected, noise has by chance */
+} spectrum_t;
+
+/* The overlap of Hann's windows makes the variance of their mean 1.06 times as large. */
+static void spectrum_make(const double *density, size_t lines, size_t averaged, spectrum_t *spectrum) {
+    const double independent = fmax(1.0, (double)averaged / 1.06);
+    const double usual = gsl_cdf_gamma_Pinv(0.5, independent, 1.0 / independent);
+    *spectrum = (spectrum_t){density, lines, allocate(lines, sizeof *spectrum->around),
+                             gsl_cdf_gamma_Qinv(threshold.line_of_noise, independent, 1.0 / independent)};
+    for (size_t h = LOWEST_LINES; h < lines; h++) {
+        const size_t from = h > LOWEST_LINES + AROUND ? h - AROUND : LOWEST_LINES;
+        const size_t to = h + AROUND < lines ? h + AROUND + 1 : lines;
+        spectrum->around[h] = look_quantile(density + from, to - from, 0.5) / usual;
     }
+}
+
+/* One step of Whittle's likelihood: least squares weighted with what was found before, neither below 0. What exceeds
+ * the largest of noise counts as that; out[h] != 0: a line that does not count. false: nothing to weight with, as of
+ * readings that repeat exactly. */
+static bool whittle_step(const spectrum_t *spectrum, const unsigned char *out, shares_t *shares) {
+    double s11 = 0.0, s12 = 0.0, s22 = 0.0, b1 = 0.0, b2 = 0.0;
+    for (size_t h = LOWEST_LINES; h < spectrum->lines; h++) {
+        const double x = 1.0 / ((double)h * shares->step_hz), model = density_at(shares, h);
+        const double weight = model > 0.0 && out[h] == 0 ? 1.0 / (model * model) : 0.0;
+        const double here = fmin(spectrum->density[h], spectrum->most * model);
+        s11 += weight;
+        s12 += weight * x;
+        s22 += weight * x * x;
+        b1 += weight * here;
+        b2 += weight * x * here;
+    }
+    if (s11 <= 0.0) {
+        return false;
+    }
+    const double determinant = s11 * s22 - s12 * s12;
+    double white = determinant > 0.0 ? (b1 * s22 - b2 * s12) / determinant : b1 / s11;
+    double slow = determinant > 0.0 ? (b2 * s11 - b1 * s12) / determinant : 0.0;
+    if (slow < 0.0) {
+        slow = 0.0;
+        white = b1 / s11;
+    } else if (white < 0.0) {
+        white = 0.0;
+        slow = b2 / s22;
+    }
+    shares->white = 0.5 * (shares->white + white);
+    shares->slow = 0.5 * (shares->slow + slow);
+    return true;
+}
+
+/* What a line of noise is expected to have. Noise of another colour than white and slow is no line. */
+static double expected_at(const spectrum_t *spectrum, const shares_t *shares, size_t line) {
+    return fmax(spectrum->around[line], density_at(shares, line));
+}
+
+/* Marks lines of hum or of a ring: more than noise has, with their skirts to where they are down to what is expected.
+ */
+static void mark_lines(const spectrum_t *spectrum, const shares_t *shares, unsigned char *out) {
+    const double *density = spectrum->density;
+    memset(out, 0, spectrum->lines);
+    for (size_t h = LOWEST_LINES; h < spectrum->lines; h++) {
+        if (density[h] > spectrum->most * expected_at(spectrum, shares, h)) {
+            for (size_t l = h; l < spectrum->lines && density[l] > expected_at(spectrum, shares, l); l++) {
+                out[l] = 1;
+            }
+            for (size_t l = h; l >= LOWEST_LINES && density[l] > expected_at(spectrum, shares, l); l--) {
+                out[l] = 1;
+            }
+        }
+    }
+}
+
+/* Goes on from a start; with leave_out, without lines of hum. Returns -2 log likelihood, as if no line had more than
+ * noise has. */
+static double settle_shares(const spectrum_t *spectrum, bool leave_out, shares_t *shares) {
+    unsigned char *out = allocate(spectrum->lines, 1);
+    double misfit = 0.0;
+    bool goes_on = true;
+    memset(out, 0, spectrum->lines);
+    for (size_t i = 0; i < WHITTLE_STEPS && goes_on; i++) {
+        if (leave_out) {
+            mark_lines(spectrum, shares, out);
+        }
+        goes_on = whittle_step(spectrum, out, shares);
+    }
+    for (size_t h = LOWEST_LINES; h < spectrum->lines && goes_on; h++) {
+        const double model = density_at(shares, h);
+        misfit += 2.0 * (log(model) + fmin(spectrum->density[h] / model, spectrum->most));
+    }
+    free(out);
+    return misfit;
+}
+
+/* w + a / f. Lines of hum do not count, but which these are depends on what is expected. If all is white but lines, the
+ * median says that; if not, a fit in which lines count as the largest of noise. What fits better stays. */
+static shares_t fit_shares(const double *density, size_t length, size_t averaged, double rate_hz) {
+    spectrum_t spectrum;
+    spectrum_make(density, length / 2, averaged, &spectrum);
+    shares_t white = {.step_hz = rate_hz / (double)length};
+    white.white = look_quantile(density + LOWEST_LINES, spectrum.lines - LOWEST_LINES, 0.5) / 0.7;
+    white.slow = 1e-3 * white.white * white.step_hz;
+    shares_t both = white;
+    settle_shares(&spectrum, false, &both);
+    const double of_both = settle_shares(&spectrum, true, &both);
+    const double of_white = settle_shares(&spectrum, true, &white);
+    free(spectrum.around);
+    return of_white < of_both ? white : both;
 }
 
 /* Marks single samples far from their neighbours: one leaves half of itself with either, and so do those marked
@@ -103,7 +191,7 @@ static void mark_single(const stretches_t *s, unsigned char *far) {
             at[inner++] = k;
         }
     }
-    const double usual = inner > 0 ? look_robust_deviation(apart, inner) : 0.0;
+    const double usual = inner > 0 ? fmax(s->rounding, look_robust_deviation(apart, inner)) : 0.0;
     for (size_t k = 0; k < inner; k++) {
         const size_t here = at[k];
         if (far[here - 1] == 0 && far[here] == 0 && far[here + 1] == 0 && usual > 0.0 &&
@@ -118,7 +206,7 @@ static void mark_single(const stretches_t *s, unsigned char *far) {
 
 /* Marks samples far from all others, unless they are so many that the distribution is wide. */
 static void mark_far(const stretches_t *s, unsigned char *far) {
-    const double usual = look_robust_deviation(s->value, s->count);
+    const double usual = fmax(s->rounding, look_robust_deviation(s->value, s->count));
     size_t count = 0;
     for (size_t k = 0; k < s->count; k++) {
         count += fabs(s->value[k]) > threshold.beyond_chance * usual ? 1 : 0;
@@ -131,7 +219,7 @@ static void mark_far(const stretches_t *s, unsigned char *far) {
 /* The shares of what is not far outside: a burst has the spectrum of neither. */
 static void fit_density(const stretches_t *s, const unsigned char *far, double rate_hz, noise_share_t *share) {
     size_t longest = 0, length = 16, used = 0;
-    double squares = 0.0, white = 0.0, slow = 0.0;
+    double squares = 0.0;
     stretches_t usual = *s;
     for (size_t i = 0; i < s->stretches; i++) {
         const size_t count = s->begin[i + 1] - s->begin[i];
@@ -147,11 +235,12 @@ static void fit_density(const stretches_t *s, const unsigned char *far, double r
         squares += usual.value[k] * usual.value[k];
         used += far[k] == 0 ? 1 : 0;
     }
-    if (density_of(&usual, length, rate_hz, density) > 0) {
-        fit_shares(density, length, rate_hz, &white, &slow);
+    const size_t averaged = density_of(&usual, length, rate_hz, density);
+    if (averaged > 0) {
+        const shares_t shares = fit_shares(density, length, averaged, rate_hz);
         share->lowest_hz = LOWEST_LINES * rate_hz / (double)length;
-        share->white_um = sqrt(white * 0.5 * rate_hz);
-        share->slow_um = sqrt(slow * log(0.5 * rate_hz / share->lowest_hz));
+        share->white_um = sqrt(shares.white * 0.5 * rate_hz);
+        share->slow_um = sqrt(shares.slow * log(0.5 * rate_hz / share->lowest_hz));
         share->other_um =
             sqrt(fmax(0.0, squares / fmax(1.0, (double)used) - pow(share->white_um, 2.0) - pow(share->slow_um, 2.0)));
     }
@@ -212,10 +301,10 @@ static void rests_of(const recording_t *recording, const drive_look_t *drive, st
 void noise_look(const recording_t *recording, const drive_look_t *drive, const repetition_t *repetition,
                 noise_look_t *noise) {
     const double *y = recording->column[COLUMN_DISPLACEMENT];
-    stretches_t rests = {0}, repeats = {0};
     memset(noise, 0, sizeof *noise);
     noise->digit_um = resolution_digit(y, recording->samples);
     noise->step_um = resolution_step_of_reading(y, recording->column[COLUMN_DRIVE], recording->samples);
+    stretches_t rests = {.rounding = noise->step_um / sqrt(12.0)}, repeats = rests;
     rests_of(recording, drive, &rests);
     share_of(&rests, recording->sample_rate_hz, &noise->rest);
     if (repetition->count > 0) {

@@ -5,7 +5,8 @@
  * The power density of either is taken as w + a / f (one-sided, um^2/Hz) and fitted to averaged periodograms by
  * Whittle's likelihood. white_um is sqrt(w fs / 2), the deviation of white noise of that density; slow_um that of the
  * a / f share between the lowest frequency that was looked at and half the sample rate. Readings far outside are left
- * out of both, and so is what stands out as a line. How the position settles in the rests (settling.h) is no noise.
+ * out of both, and so are lines that have more than noise has by chance, with their skirts: hum, or a ring. How the
+ * position settles in the rests (settling.h) is no noise.
  */
 #ifndef LOOK_NOISE_H
 #define LOOK_NOISE_H
