@@ -25,13 +25,14 @@ typedef struct {
     size_t ring_recording;   /**< which recording it is */
     double ring_hz;          /**< undamped frequency */
     double ring_damping;
-    double ring_um;          /**< amplitude right behind the strongest of these steps */
-    double ring_near;        /**< so near, as a logarithm, a frequency is the same */
-    double peak_hz;          /**< highest maximum of the frequency response beyond its low end */
-    double creep_per_decade; /**< in holds, of the change before them */
-    bool rails;              /**< the position stops while the drive goes on */
-    double rail_v[2];        /**< below and above these; where only one was seen, the other is beyond the drive */
-    bool rests, repeats;     /**< what is noise shows where the drive rests; between passes of a path that repeats */
+    double ring_um;             /**< amplitude right behind the strongest of these steps */
+    double ring_near;           /**< so near, as a logarithm, a frequency is the same */
+    double peak_hz;             /**< highest maximum of the frequency response beyond its low end */
+    double creep_per_decade;    /**< in holds, of the change before them */
+    bool rails;                 /**< the position stops while the drive goes on */
+    double rail_v[2];           /**< below and above these; where only one was seen, the other is beyond the drive */
+    double added_noise_percent; /**< of the stroke, that was added to readings that had none; 0: none was */
+    bool rests, repeats;        /**< what is noise shows where the drive rests; between passes of a path that repeats */
     const probe_passes_t *passes; /**< of each recording; the caller's. NULL: not known */
 } probe_seen_t;
 

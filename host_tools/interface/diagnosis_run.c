@@ -3,6 +3,7 @@
 #include "base/progress.h"
 #include "diagnosis/question/excerpt.h"
 #include "interface/faults_undone.h"
+#include "interface/noiseless.h"
 #include "look/held_readings.h"
 #include "look/look_json.h"
 #include "look/look_text.h"
@@ -52,6 +53,13 @@ static bool look_first(recording_t *recordings, size_t count, const held_reading
     progress_begin(&progress, "looking");
     progress_update(&progress, 0.0);
     run->looks = looks_at(recordings, run->looked_at, failure);
+    if (run->looks != NULL) {
+        run->added_noise_percent = noiseless_add(recordings, run->looks, run->looked_at);
+    }
+    if (run->added_noise_percent > 0.0) {
+        looks_free(run->looks, run->looked_at);
+        run->looks = looks_at(recordings, run->looked_at, failure);
+    }
     if (run->looks != NULL) {
         run->passes = allocate(count, sizeof *run->passes);
         for (size_t i = 0; i < run->looked_at; i++) {
@@ -137,7 +145,8 @@ static probe_seen_t seen_by(const look_t *looks, size_t count, const probe_passe
 
 static bool find_and_account(const model_t *given, recording_t *recordings, size_t count, diagnosis_run_t *run,
                              failure_t *failure) {
-    const probe_seen_t seen = seen_by(run->looks, run->looked_at, run->passes);
+    probe_seen_t seen = seen_by(run->looks, run->looked_at, run->passes);
+    seen.added_noise_percent = run->added_noise_percent;
     if (!diagnose_seen(given, &seen, recordings, count, &run->answer, failure)) {
         return false;
     }

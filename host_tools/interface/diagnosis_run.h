@@ -12,9 +12,10 @@ enum { DIAGNOSIS_LEAST_SAMPLES = 1000 };
 typedef struct {
     look_t *looks; /**< what the recordings show without a model */
     fault_list_t faults;
-    probe_passes_t *passes; /**< of each recording */
-    size_t looked_at;       /**< recordings; 0: too short to look at, and the diagnosis says so */
-    size_t masked;          /**< samples that faults spoil, left out */
+    probe_passes_t *passes;     /**< of each recording */
+    double added_noise_percent; /**< noiseless.h */
+    size_t looked_at;           /**< recordings; 0: too short to look at, and the diagnosis says so */
+    size_t masked;              /**< samples that faults spoil, left out */
     answer_t answer;
     account_t account;
     bool sure_asked;

@@ -197,6 +197,12 @@ bool verdict_caveat(const answer_t *answer, char text[DIAGNOSIS_LINE]) {
                     "hysteresis of which nothing comes again may be any.",
                     reversals, reversals == 1 ? "" : "s");
     }
+    if (answer->question->seen.added_noise_percent > 0.0) {
+        text_append(text,
+                    "%sThe readings have no noise, as those of a simulation: white noise of %g %% of the stroke was "
+                    "added, as everything is judged by it.",
+                    text[0] != '\0' ? " " : "", answer->question->seen.added_noise_percent);
+    }
     append_given_terms(answer, text);
     append_past(answer, text);
     append_plain(answer, text);
