@@ -8,17 +8,16 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/**
- * What a look at the recordings measured without any model, as plain numbers. A block's own file may begin its search
- * there (probe_t.from_look): a strong effect then cannot be missed. 0: nothing of the kind was seen.
- */
 /** Where a drive goes one path over and over: samples [from, to), in `period` samples, a fraction included. */
 typedef struct {
     size_t from, to;
     double period; /**< 0: it does not */
 } probe_passes_t;
 
-/** What the look has seen. */
+/**
+ * What a look at the recordings measured without any model, as plain numbers. A block's own file may begin its search
+ * there (probe_t.from_look): a strong effect then cannot be missed. 0: nothing of the kind was seen.
+ */
 typedef struct {
     size_t rings;            /**< steps of the drive after which it rings with one frequency, of one recording */
     const size_t *ring_step; /**< the first sample behind each of them; the caller's */

@@ -208,8 +208,8 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
 /* As many passes as are not more than half of them, that are a number of whole samples. 0: none are. */
 static size_t lag_of(const probe_passes_t *passes) {
     const double whole_within = 0.05; /* of a sample: the drive's rate takes out what is left */
-    const double settled = (double)(passes->to - passes->from) - passes->period;
-    for (size_t times = (size_t)(0.5 * settled / passes->period); passes->period > 0.0 && times > 0; times--) {
+    const double count = passes->period > 0.0 ? (double)(passes->to - passes->from) / passes->period : 0.0;
+    for (size_t times = (size_t)fmax(0.0, 0.5 * (count - 1.0)); times > 0; times--) {
         const double lag = (double)times * passes->period;
         if (fabs(lag - round(lag)) < whole_within) {
             return (size_t)round(lag);
