@@ -305,8 +305,9 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
         if (may_do_better(state, least[next]) &&
             !(next == shapes - 1 && for_curves_only && !shape_found(&state->answer))) {
             trial_t trial;
+            const begin_t from = {.model = &begin[next]};
             prepare(&trial, state, answer->question, &baseline[next].model, baseline[next].family);
-            try_another(state, &trial, begin[next].blocks > 0 ? &(begin_t){.model = &begin[next]} : NULL);
+            try_another(state, &trial, begin[next].blocks > 0 ? &from : NULL);
         }
     }
     for (size_t shape = 0; shape < shapes; shape++) {
