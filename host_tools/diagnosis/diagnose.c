@@ -212,7 +212,8 @@ static bool describe_unknown(state_t *state, shapes_t *shapes) {
 
 const stage_t diagnosis_stages[] = {
     {"samples", "which samples count, and which are held out of every fit", "noise/samples.h", .ask = take_samples},
-    {"noise", "from rests, from passes of one path, or from what a rich model leaves", "noise/noise.h", .ask = take_noise},
+    {"noise", "from rests, from passes of one path, or from what a rich model leaves", "noise/noise.h",
+     .ask = take_noise},
     {"first shape", "of the hystereses of few numbers the one that leaves least beside every block's best probe",
      "question/baseline.h", .ask = choose_shape},
     {"universal operator", "in the hysteresis' place: what it leaves, and the noise again", "belief/shape.h",

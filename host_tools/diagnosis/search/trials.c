@@ -305,9 +305,9 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
         if (may_do_better(state, least[next]) &&
             !(next == shapes - 1 && for_curves_only && !shape_found(&state->answer))) {
             trial_t trial;
-            const begin_t from = {.model = &begin[next]};
+            const begin_t elsewhere = {.model = &begin[next]};
             prepare(&trial, state, answer->question, &baseline[next].model, baseline[next].family);
-            try_another(state, &trial, begin[next].blocks > 0 ? &from : NULL);
+            try_another(state, &trial, begin[next].blocks > 0 ? &elsewhere : NULL);
         }
     }
     for (size_t shape = 0; shape < shapes; shape++) {
@@ -330,15 +330,14 @@ static void hear_rests(const contest_winner_t *winner, question_t *question, con
     free(left);
 }
 
-/* The search from the winner, on the samples as the contest shared them out. Returns whether its answer
- * stands. */
+/* The search from the winner, on the samples as the contest shared them out. Returns whether its answer stands. */
 static bool try_winner(state_t *state, const baseline_t *bank, question_t *shared, const contest_winner_t *winner) {
     trial_t trial;
+    const begin_t begin = {.model = &winner->model, .block = winner->block, .blocks = winner->blocks};
     bool better = false;
     prepare(&trial, state, shared, &bank->model, bank->family);
     hear_rests(winner, shared, &trial.state);
-    if (try_shape(state, &trial,
-                  &(begin_t){.model = &winner->model, .block = winner->block, .blocks = winner->blocks})) {
+    if (try_shape(state, &trial, &begin)) {
         better = trial.state.answer.held_out_percent < sqrt(threshold.contest_worth) * state->answer.held_out_percent;
         keep_one(state, &trial, better);
     }
