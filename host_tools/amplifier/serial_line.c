@@ -5,6 +5,7 @@
 #include "registers/register_table.h"
 #include <ctype.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <string.h>
@@ -172,10 +173,18 @@ line_outcome_t serial_line_request(serial_line_t *line, const request_t *request
 }
 
 bool serial_line_open(serial_line_t *line, const device_options_t *options, failure_t *failure) {
-    *line = (serial_line_t){.port = copy_text(options->port),
+    *line = (serial_line_t){.lock = open(options->port, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC),
+                            .port = copy_text(options->port),
                             .baud = options->baud,
                             .slave = options->slave,
                             .timeout_s = options->timeout_s};
+    if (line->lock < 0) {
+        return fail(failure, "cannot open %s: %s", options->port, strerror(errno));
+    }
+    /* Two clients on one line would read each other's answers. Before the terminal is set, which is the other one's. */
+    if (flock(line->lock, LOCK_EX | LOCK_NB) != 0) {
+        return fail(failure, "%s is in use by another hyst: end that one first", options->port);
+    }
     const char parity = (char)toupper((unsigned char)options->parity[0]); /* as libmodbus has it: N, E or O */
     line->modbus = modbus_new_rtu(options->port, (int)options->baud, parity, 8, 1);
     if (line->modbus == NULL) {
@@ -185,10 +194,6 @@ bool serial_line_open(serial_line_t *line, const device_options_t *options, fail
         return fail(failure, "cannot open %s: %s", options->port,
                     errno == ENOTTY ? "not a serial port" : strerror(errno));
     }
-    /* Two clients on one line would read each other's answers. */
-    if (flock(modbus_get_socket(line->modbus), LOCK_EX | LOCK_NB) != 0) {
-        return fail(failure, "%s is in use by another hyst: end that one first", options->port);
-    }
     set_timeout(line->modbus, options->timeout_s);
     (void)modbus_set_error_recovery(line->modbus, MODBUS_ERROR_RECOVERY_NONE);
     (void)modbus_flush(line->modbus);
@@ -197,6 +202,7 @@ bool serial_line_open(serial_line_t *line, const device_options_t *options, fail
 
 void serial_line_leave_to_parent(const serial_line_t *line) {
     (void)close(modbus_get_socket(line->modbus)); /* modbus_close would give the parent's port its old settings, too */
+    (void)close(line->lock);
 }
 
 void serial_line_close(serial_line_t *line) {
@@ -204,6 +210,9 @@ void serial_line_close(serial_line_t *line) {
         modbus_close(line->modbus);
         modbus_free(line->modbus);
     }
+    if (line->lock >= 0) {
+        (void)close(line->lock);
+    }
     free(line->port);
-    *line = (serial_line_t){.modbus = NULL};
+    *line = (serial_line_t){.lock = -1};
 }

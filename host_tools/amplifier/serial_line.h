@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 typedef struct {
+    int lock;         /**< the port once more, with the lock on it; below 0: not open */
     modbus_t *modbus; /**< NULL: not open */
     char *port;
     unsigned long baud, slave;

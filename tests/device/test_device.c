@@ -15,8 +15,10 @@
 #include <fcntl.h>
 #include <math.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -517,6 +519,24 @@ static void test_an_arming_that_somebody_takes_back_says_so(void) {
     }
 }
 
+/* Nor is its terminal set to another rate, not for a moment: the amplifier would not understand a request then. */
+static void test_a_port_in_use_keeps_its_rate(void) {
+    open_device();
+    const pid_t other = fork();
+    if (other == 0) {
+        options.baud = 9600;
+        for (;;) {
+            device_close(device_open(&options, &failure));
+        }
+    }
+    for (int i = 0; i < 1000; i++) {
+        (void)read_register(INDEX_state);
+    }
+    TEST_ASSERT_EQUAL_INT(0, kill(other, SIGKILL));
+    TEST_ASSERT_EQUAL_INT(other, waitpid(other, NULL, 0));
+    TEST_ASSERT_EQUAL_UINT64(0, device_repetitions(device));
+}
+
 static void test_a_port_in_use_is_left_alone(void) {
     open_device();
     TEST_ASSERT_NULL(device_open(&options, &failure));
@@ -577,6 +597,7 @@ int main(void) {
     RUN_TEST(test_locks);
     RUN_TEST(test_an_arming_that_somebody_takes_back_says_so);
     RUN_TEST(test_a_port_in_use_is_left_alone);
+    RUN_TEST(test_a_port_in_use_keeps_its_rate);
     RUN_TEST(test_start_is_never_executed_twice);
     return UNITY_END();
 }
