@@ -382,16 +382,21 @@ static void test_a_play_that_cannot_be_told_of_says_that_it_goes_on(void) {
     }
 }
 
-/* While a waveform plays without end, whose host is gone. */
-static void test_stop_holds_and_park_parks(void) {
-    static const char *const stop[] = {"stop", NULL};
-    static const char *const park[] = {"park", "--json", NULL};
-    take_line();
+/* By whoever has the line. */
+static void play_without_end(void) {
     must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure) &&
          device_write(device, INDEX_source, SOURCE_SINE, &failure) &&
          device_write(device, INDEX_source_amplitude, 1 << 30, &failure) &&
          device_write(device, INDEX_source_increment, 1 << 20, &failure) &&
          device_write(device, INDEX_source_cycles, 0, &failure) && device_command(device, COMMAND_START, &failure));
+}
+
+/* While a waveform plays without end, whose host is gone. */
+static void test_stop_holds_and_park_parks(void) {
+    static const char *const stop[] = {"stop", NULL};
+    static const char *const park[] = {"park", "--json", NULL};
+    take_line();
+    play_without_end();
     TEST_ASSERT_EQUAL_INT64(LOOP_PLAYING, value_of(INDEX_state));
     leave_line();
     start(stop);
@@ -464,11 +469,7 @@ static void test_stop_and_park_take_any_register_map(void) {
     static const char *const stop[] = {"stop", NULL};
     static const char *const off[] = {"park", "--off", "--json", NULL};
     take_line();
-    must(device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure) &&
-         device_write(device, INDEX_source, SOURCE_SINE, &failure) &&
-         device_write(device, INDEX_source_amplitude, 1 << 30, &failure) &&
-         device_write(device, INDEX_source_increment, 1 << 20, &failure) &&
-         device_write(device, INDEX_source_cycles, 0, &failure) && device_command(device, COMMAND_START, &failure));
+    play_without_end();
     leave_line();
     simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more */
     run_and_read(stop);
