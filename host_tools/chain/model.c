@@ -137,6 +137,10 @@ const model_block_t *model_find(const model_t *model, const char *block_name) {
     return NULL;
 }
 
+void model_remove_block(model_t *model, const block_t *block) {
+    model_remove(model, (size_t)(model_find(model, block->name) - model->block));
+}
+
 double model_lag_s(const model_block_t *block) {
     const double number = block->parameter[0].value[0];
     switch (block->block->lag) {

@@ -65,6 +65,8 @@ void model_create(model_t *model, double sample_rate_hz);
 model_block_t *model_append(model_t *model, const block_t *block);
 /** Removes the block at an index. */
 void model_remove(model_t *model, size_t index);
+/** The same of a block that the model has. */
+void model_remove_block(model_t *model, const block_t *block);
 /** Takes noise and sensor steps out: they are no response to a drive. */
 void model_without_noise(model_t *model);
 /** Sets a parameter by name. sigma may be NULL. The block must have such a parameter (a programming error otherwise).

@@ -24,7 +24,7 @@ bool instead_of_finding(const answer_t *answer, const finding_t *finding, const 
     failure_t refusal;
     instead_of_terms(answer, &without);
     model_without_noise(&without);
-    model_remove(&without, (size_t)(model_find(&without, finding->block->name) - without.block));
+    model_remove_block(&without, finding->block);
     question_setting(question->recordings, question->samples.count, &setting);
     const bool good = contest_fit(&question->samples, &setting, &without, rival, &fitted);
     if (good) {

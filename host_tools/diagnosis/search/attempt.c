@@ -58,10 +58,6 @@ static void find_steps(state_t *state) {
     }
 }
 
-static void remove_block(model_t *model, const block_t *block) {
-    model_remove(model, (size_t)(model_find(model, block->name) - model->block));
-}
-
 /* A chain with blocks that are not in the baseline, fitted again. */
 typedef struct {
     model_t model;
@@ -83,7 +79,7 @@ static bool weigh_without(state_t *state, const refit_t *with, const block_t *bl
     refit_t without;
     *missed = !no_physics(samples, model_find(&with->model, block->name));
     model_copy(&without.model, &with->model);
-    remove_block(&without.model, block);
+    model_remove_block(&without.model, block);
     const bool good = fit_with(state, &without);
     model_free(&without.model);
     if (good) {
@@ -134,7 +130,7 @@ static bool begin_elsewhere(state_t *state, const begin_t *begin) {
     model_free(&answer->model);
     model_copy(&answer->model, begin->model);
     for (size_t i = 0; i < begin->blocks; i++) {
-        remove_block(&answer->model, begin->block[i]);
+        model_remove_block(&answer->model, begin->block[i]);
     }
     return joint_power(&question->samples, &question->noise, &answer->model, &state->power, state->failure) &&
            (begin->blocks == 0 || put_together(state, begin));
