@@ -181,8 +181,10 @@ static bool review(state_t *state, shapes_t *shapes) {
     const bool good = review_end(state);
     if (shapes->given != NULL) {
         put_given(&state->answer, &shapes->as_given);
+        return good;
     }
-    return good;
+    return good && (state->answer.findings > 0 || !state->answer.another_shape ||
+                    trial_of_shapes_alone(state, shapes->shape, shapes->count));
 }
 
 static bool compare_with_look(state_t *state, shapes_t *shapes) {

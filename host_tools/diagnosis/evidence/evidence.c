@@ -2,6 +2,7 @@
 #include "diagnosis/evidence/evidence.h"
 #include "base/parallel.h"
 #include "diagnosis/evidence/searched.h"
+#include "diagnosis/noise/held_out.h"
 #include "numerics/basis.h"
 #include "numerics/gauss_newton.h"
 #include <gsl/gsl_cblas.h>
@@ -141,7 +142,7 @@ double *evidence_signature(const evidence_t *e, const model_t *altered, size_t a
  * that neighbours are independent. */
 static double scatter(const evidence_t *e, const double *x, double amplitude) {
     double sum = 0.0;
-    const size_t length = e->rows / SAMPLES_TIME_BLOCKS + 1;
+    const size_t length = e->rows / HELD_OUT_BLOCKS + 1;
     for (size_t begin = 0; begin < e->rows; begin += length) {
         double block = 0.0;
         for (size_t k = begin; k < begin + length && k < e->rows; k++) {
@@ -199,7 +200,7 @@ evidence_test_t evidence_test(const evidence_t *e, double *signature) {
 
 double evidence_beside(const evidence_t *e, const double *signature, double amplitude, const double *found,
                        double part) {
-    enum { STRETCHES = 8 * SAMPLES_TIME_BLOCKS };
+    enum { STRETCHES = 8 * HELD_OUT_BLOCKS };
     double *x = allocate(2 * e->rows, sizeof(double)), *y = x + e->rows, sum = 0.0;
     const size_t length = e->rows / STRETCHES + 1;
     take_rows(e, signature, x);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/samples.h"
-#include "diagnosis/where/drive_period.h"
+#include "diagnosis/noise/held_out.h"
 #include "numerics/reversals.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -8,83 +8,6 @@
 #include <string.h>
 
 enum { FEWEST = 24, FEWEST_OF_ALL = 600 };
-
-/* Which of three blocks of time is held out, if nothing speaks against it. From EVERY on: a third of them in an order
- * that keeps step with no drive. */
-enum { EVERY = 3, USUALLY = 2, WAYS = 2 * EVERY, PHASES = 72 };
-
-static bool held_out(size_t samples, size_t sample, size_t which) {
-    const size_t block = sample * SAMPLES_TIME_BLOCKS / samples;
-    const double golden = (double)block * 0.6180339887498949;
-    return which < EVERY ? block % EVERY == which : (size_t)(EVERY * (golden - floor(golden))) == which - EVERY;
-}
-
-/* Of the samples that are held out of a drive that repeats itself: the part at phases of which no fit sees any. */
-static double unseen_phases(size_t samples, size_t from, double period, size_t which) {
-    size_t held[PHASES] = {0}, fitted[PHASES] = {0}, all = 0, unseen = 0;
-    for (size_t k = from; k < samples; k++) {
-        const size_t phase = (size_t)(PHASES * fmod((double)k, period) / period) % PHASES;
-        *(held_out(samples, k, which) ? &held[phase] : &fitted[phase]) += 1;
-    }
-    for (size_t i = 0; i < PHASES; i++) {
-        all += held[i];
-        unseen += fitted[i] == 0 ? held[i] : 0;
-    }
-    return all > 0 ? (double)unseen / (double)all : 1.0;
-}
-
-/* Near one end of the range (0: the low one). */
-static bool near_end(double drive_v, size_t end, const double range[2]) {
-    return fabs(drive_v - range[end]) <= threshold.rails_show * (range[1] - range[0]);
-}
-
-/* How evenly the samples near one end of the range (0: the low one) fall to both parts: 1, or less. */
-static double evenness(const recording_t *recording, size_t from, size_t which, size_t end, const double range[2]) {
-    const double *drive = recording->column[COLUMN_DRIVE];
-    double held = 0.0, all = 0.0;
-    for (size_t k = from; k < recording->samples; k++) {
-        if (near_end(drive[k], end, range)) {
-            held += held_out(recording->samples, k, which) ? 1.0 : 0.0;
-            all += 1.0;
-        }
-    }
-    const double share = 1.0 / EVERY, part = all > 0.0 ? held / all : share;
-    return fmin(part / share, (1.0 - part) / (1.0 - share));
-}
-
-/* Of a drive whose periods keep step with the blocks, so that the same part of each is held out. */
-static size_t out_of_step(size_t samples, size_t from, double period) {
-    size_t best = EVERY;
-    for (size_t which = EVERY; which < WAYS; which++) {
-        if (unseen_phases(samples, from, period, which) < unseen_phases(samples, from, period, best)) {
-            best = which;
-        }
-    }
-    return best;
-}
-
-/* Which of three blocks of time is held out, by the drive alone. What happens only near an end of its range can be
- * found only where both parts have samples there. What happens only in a part of its period, where both have some of
- * it. */
-static size_t choose_held_out(const recording_t *recording, size_t from) {
-    double range[2], most = 0.0;
-    size_t best = USUALLY;
-    const double period = drive_period(recording->column[COLUMN_DRIVE] + from, recording->samples - from);
-    if (period > 0.0 && unseen_phases(recording->samples, from, period, USUALLY) > threshold.most_unseen_phases) {
-        return out_of_step(recording->samples, from, period);
-    }
-    values_range(recording->column[COLUMN_DRIVE] + from, recording->samples - from, range);
-    for (size_t i = 0; i < EVERY && most < threshold.least_share_at_rails; i++) {
-        const size_t which = (USUALLY + i) % EVERY;
-        const double even =
-            fmin(evenness(recording, from, which, 0, range), evenness(recording, from, which, 1, range));
-        if (even > most) {
-            most = even;
-            best = which;
-        }
-    }
-    return best;
-}
 
 /* When the drive has first been at both ends of what it covers until then. */
 static size_t covered(const recording_t *recording, size_t until) {
@@ -152,9 +75,9 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
     samples->all = samples->begin[count];
     samples->part = allocate(samples->all, 1);
     for (size_t i = 0; i < count; i++) {
-        const size_t which = choose_held_out(&recordings[i], samples->from[i] + SAMPLES_SKIPPED);
+        const held_out_t order = held_out_choose(&recordings[i], samples->from[i] + SAMPLES_SKIPPED);
         for (size_t k = samples->from[i] + SAMPLES_SKIPPED; k < recordings[i].samples; k++) {
-            const bool held = held_out(recordings[i].samples, k, which);
+            const bool held = is_held_out(&order, recordings[i].samples, k);
             if (recordings[i].masked != NULL && recordings[i].masked[k] != 0) {
                 continue; /* left out: the position there is not known */
             }
@@ -165,16 +88,22 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
     return true;
 }
 
+/* Near one end of the range (0: the low one). */
+static bool near_end(double drive_v, size_t end, const double range[2]) {
+    return fabs(drive_v - range[end]) <= threshold.rails_show * (range[1] - range[0]);
+}
+
 static void share_end(samples_t *samples, size_t i, size_t end, const double range[2]) {
     const double *drive = samples->recordings[i].column[COLUMN_DRIVE];
     unsigned char *part = samples->part + samples->begin[i];
+    const held_out_t usual = held_out_usually();
     size_t there = 0, seen = 0;
     for (size_t k = 0; k < samples->recordings[i].samples; k++) {
         there += part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range) ? 1 : 0;
     }
     for (size_t k = 0; there > 0 && k < samples->recordings[i].samples; k++) {
         if (part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range)) {
-            part[k] = held_out(there, seen++, USUALLY) ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
+            part[k] = is_held_out(&usual, there, seen++) ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
         }
     }
 }
@@ -238,7 +167,7 @@ static void include_from(samples_t *samples, size_t recording, size_t from) {
 
 void samples_share_decays(samples_t *samples, size_t recording, const size_t *from, size_t count, double rate) {
     unsigned char *part = samples->part + samples->begin[recording];
-    const double early = 1.0 - 1.0 / EVERY, later = 1.0 / EVERY;
+    const double early = 1.0 - 1.0 / HELD_OUT_EVERY, later = 1.0 / HELD_OUT_EVERY;
     double fitted, held;
     decays_in_parts(samples, recording, from, count, rate, &fitted, &held);
     if (fmin(fitted / early, held / later) >= threshold.least_share_at_rails) {

@@ -9,7 +9,7 @@
 
 #include "chain/chain.h"
 
-enum { SAMPLES_TIME_BLOCKS = 36, SAMPLES_SKIPPED = 6 /* at the beginning of each recording, for filters */ };
+enum { SAMPLES_SKIPPED = 6 /* at the beginning of each recording, for filters */ };
 
 typedef struct {
     const recording_t *recordings;
@@ -25,11 +25,7 @@ typedef struct {
 typedef enum { SAMPLE_LEFT_OUT, SAMPLE_FITTED, SAMPLE_HELD_OUT } samples_part_t;
 
 /**
- * Of 36 blocks of time each third one is held out: kept from every fit and every test. Which ones are, of three ways, a
- * recording's drive decides by itself: the last of three. Or, where one part had hardly a sample near an end of the
- * range, so that an amplifier's rails could not be found and confirmed, the ones that share those samples better. A
- * drive may repeat itself in step with the blocks (4, 6 or 12 periods): the same part of each period would be held out,
- * and no fit would see it. Then it is a third of the blocks in an order that keeps step with nothing.
+ * Of 36 blocks of time a third is held out (held_out.h): kept from every fit and every test.
  *
  * Included is what comes after the hysteresis' memory is determined and the drive has been at both ends of its range (a
  * model whose plane ends there cannot have another past). Where that would leave out more than 20 % of a recording (of

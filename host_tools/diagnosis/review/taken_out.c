@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/review/taken_out.h"
+#include "diagnosis/noise/held_out.h"
 #include "diagnosis/nuisance/past.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_math.h>
@@ -45,25 +46,25 @@ static void measure_beginning(const sides_t *sides, taken_out_t *taken) {
 static void measure_lag(const sides_t *sides, taken_out_t *taken) {
     const double *measured = sides->recording->column[COLUMN_DISPLACEMENT], rate_hz = sides->recording->sample_rate_hz;
     const size_t first = GSL_MAX(sides->from, 1), end = sides->recording->samples - 1;
-    double product[SAMPLES_TIME_BLOCKS] = {0.0}, square[SAMPLES_TIME_BLOCKS] = {0.0}, products = 0.0, squares = 0.0;
-    double without[SAMPLES_TIME_BLOCKS];
+    double product[HELD_OUT_BLOCKS] = {0.0}, square[HELD_OUT_BLOCKS] = {0.0}, products = 0.0, squares = 0.0;
+    double without[HELD_OUT_BLOCKS];
     for (size_t k = first; k < end; k++) {
-        const size_t block = (k - first) * SAMPLES_TIME_BLOCKS / (end - first);
+        const size_t block = (k - first) * HELD_OUT_BLOCKS / (end - first);
         const double rate = 0.5 * rate_hz * (sides->with[k + 1] - sides->with[k - 1]);
         product[block] += rate * (sides->with[k] - measured[k]);
         square[block] += rate * rate;
     }
-    for (size_t b = 0; b < SAMPLES_TIME_BLOCKS; b++) {
+    for (size_t b = 0; b < HELD_OUT_BLOCKS; b++) {
         products += product[b];
         squares += square[b];
     }
-    for (size_t b = 0; b < SAMPLES_TIME_BLOCKS; b++) {
+    for (size_t b = 0; b < HELD_OUT_BLOCKS; b++) {
         without[b] = (products - product[b]) / (squares - square[b]);
     }
     taken->lag_s = products / squares;
     /* Tukey's jackknife */
-    taken->lag_sigma_s = sqrt((SAMPLES_TIME_BLOCKS - 1.0) *
-                              gsl_stats_variance_with_fixed_mean(without, 1, SAMPLES_TIME_BLOCKS, taken->lag_s));
+    taken->lag_sigma_s = sqrt((HELD_OUT_BLOCKS - 1.0) *
+                              gsl_stats_variance_with_fixed_mean(without, 1, HELD_OUT_BLOCKS, taken->lag_s));
 }
 
 taken_out_t *taken_out_of(const answer_t *answer, failure_t *failure) {

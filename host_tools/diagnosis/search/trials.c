@@ -4,6 +4,7 @@
 #include "chain/catalogue.h"
 #include "diagnosis/answer/state.h"
 #include "diagnosis/evidence/probing.h"
+#include "diagnosis/judgement/verdict.h"
 #include "diagnosis/nuisance/hysteresis_numbers.h"
 #include "diagnosis/search/attempt.h"
 #include "diagnosis/search/contest.h"
@@ -313,6 +314,52 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
     for (size_t shape = 0; shape < shapes; shape++) {
         model_free(&begin[shape]);
     }
+}
+
+/* Of the shapes, each fitted alone, the one that leaves least of the held-out samples. Returns its index; shapes: none
+ * leaves clearly less than the answer. */
+static size_t best_alone(const state_t *state, const baseline_t *baseline, size_t shapes, model_t *best,
+                         joint_power_t *power) {
+    const question_t *question = state->answer.question;
+    size_t least = shapes;
+    *power = (joint_power_t){.held = state->power.held / pow(threshold.clearly_more, 2.0)};
+    *best = (model_t){0};
+    for (size_t shape = 0; shape < shapes; shape++) {
+        model_t model;
+        joint_power_t left;
+        failure_t refusal;
+        model_copy(&model, &baseline[shape].model);
+        if (joint_fit(&question->samples, &question->noise, &model, 0, PROMISE_ITERATIONS, &left, &refusal) &&
+            left.held < power->held) {
+            const model_t worse = *best;
+            *best = model;
+            model = worse;
+            *power = left;
+            least = shape;
+        }
+        model_free(&model);
+    }
+    return least;
+}
+
+bool trial_of_shapes_alone(state_t *state, const baseline_t *baseline, size_t shapes) {
+    answer_t *answer = &state->answer;
+    model_t best;
+    joint_power_t power;
+    const size_t shape = best_alone(state, baseline, shapes, &best, &power);
+    if (shape == shapes) {
+        return true;
+    }
+    state_take(state, &best, &power);
+    answer->family = baseline[shape].family;
+    model_free(&answer->baseline);
+    model_copy(&answer->baseline, &answer->model);
+    const bool good =
+        state_measure(state, &answer->model, &answer->nrmse_percent, &answer->held_out_percent) && verdict_look(state);
+    answer->baseline_nrmse_percent = answer->nrmse_percent;
+    answer->baseline_held_out_percent = answer->held_out_percent;
+    answer->remainder.structured = false; /* it is another shape */
+    return good;
 }
 
 /* The noise that a strong mode rings into the rests is none. */

@@ -20,6 +20,13 @@ void baseline_put_into(baseline_t *shape, const model_t *chain);
 void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t *model);
 
 /**
+ * Where nothing was found, and an operator of any shape leaves clearly less than the answer: its hysteresis was fitted
+ * beside what has since been taken out. Each of the shapes is fitted alone, and the one that leaves clearly less of the
+ * held-out samples takes its place.
+ */
+bool trial_of_shapes_alone(state_t *state, const baseline_t *shape, size_t shapes);
+
+/**
  * What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not lead
  * to the whole answer, the search is made once more without the block that came first.
  */

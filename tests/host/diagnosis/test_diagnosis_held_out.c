@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Which samples are held out of drives that repeat themselves: none at a phase that no fit sees. */
+/* Which samples are held out of drives that repeat themselves: none on a path that no fit sees. */
 #include "diagnosis/noise/samples.h"
 #include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <stdlib.h>
+#include <string.h>
 
-enum { MOST_PERIOD = 3600 };
+enum { MOST_PERIOD = 3600, WIDTHS = 5 };
 
 void setUp(void) {
 }
@@ -62,8 +63,63 @@ static void test_no_phase_is_only_held_out(void) {
     }
 }
 
+/* Triangles of 1000 samples, of one width after another, so often each: 12 together. Every third of 36 blocks is the
+ * same third of each triangle. Returns the part of the held-out samples whose place on their triangle no fit sees. */
+static double part_alone_of_widths(const size_t times[WIDTHS]) {
+    enum { PERIOD = 1000, PERIODS = 12, COUNT = PERIOD * PERIODS };
+    static const double width_v[WIDTHS] = {120.0, 48.0, 30.0, 72.0, 96.0};
+    const double weight = 0.1;
+    recording_t recording;
+    model_t model;
+    samples_t samples;
+    failure_t failure;
+    static bool fitted[WIDTHS][PERIOD];
+    size_t width_of[PERIODS], periods = 0, alone = 0;
+    for (size_t i = 0; i < WIDTHS; i++) {
+        for (size_t n = 0; n < times[i]; n++) {
+            width_of[periods++] = i;
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT(PERIODS, periods);
+    memset(fitted, 0, sizeof fitted);
+    recording_create(&recording, "widths", 1000.0, COUNT);
+    for (size_t k = 0; k < COUNT; k++) {
+        const double phase = (double)(k % PERIOD) / PERIOD, up = phase < 0.5 ? 4.0 * phase - 1.0 : 3.0 - 4.0 * phase;
+        recording.column[COLUMN_DRIVE][k] = 40.0 + 0.5 * width_v[width_of[k / PERIOD]] * up;
+        recording.column[COLUMN_DISPLACEMENT][k] = 0.1 * recording.column[COLUMN_DRIVE][k];
+    }
+    make_bank_model(&model, 1000.0, 0.0, 0, &weight, NULL);
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&samples, &model, &recording, 1, &failure), failure.text);
+    for (size_t k = 0; k < COUNT; k++) {
+        fitted[width_of[k / PERIOD]][k % PERIOD] |= samples.part[k] == SAMPLE_FITTED;
+    }
+    for (size_t k = 0; k < COUNT; k++) {
+        bool there = false;
+        for (size_t d = 0; d <= PERIOD / 20; d++) {
+            there = there || fitted[width_of[k / PERIOD]][(k + PERIOD + d - PERIOD / 40) % PERIOD];
+        }
+        alone += samples.part[k] == SAMPLE_HELD_OUT && !there ? 1 : 0;
+    }
+    const double part = (double)alone / (double)samples.held;
+    samples_close(&samples);
+    model_free(&model);
+    recording_free(&recording);
+    return part;
+}
+
+/* A drive that goes several paths, each again and again, has no period. */
+static void test_no_path_is_only_held_out(void) {
+    static const size_t times[][WIDTHS] = {{3, 2, 2, 2, 3}, {4, 2, 2, 2, 2}, {6, 6, 0, 0, 0}, {4, 4, 4, 0, 0}};
+    for (size_t i = 0; i < sizeof times / sizeof times[0]; i++) {
+        const double alone = part_alone_of_widths(times[i]);
+        printf("widths %zu: %.3f of the held-out samples alone\n", i, alone);
+        TEST_ASSERT_TRUE(alone < 0.1);
+    }
+}
+
 int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_no_phase_is_only_held_out);
+    RUN_TEST(test_no_path_is_only_held_out);
     return UNITY_END();
 }

@@ -2,6 +2,7 @@
 /* Recordings that begin in the middle of a past: what that left is taken out, and nothing else; and effects that were
  * only there before the drive had been everywhere are found. */
 #include "diagnosis/diagnose.h"
+#include "diagnosis/noise/held_out.h"
 #include "diagnosis/nuisance/past.h"
 #include "support.h"
 #include "unity.h"
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 16000, OPERATORS = 40, BLOCK = SAMPLES / SAMPLES_TIME_BLOCKS };
+enum { SAMPLES = 16000, OPERATORS = 40, BLOCK = SAMPLES / HELD_OUT_BLOCKS };
 static const double rate_hz = 2000.0, noise_um = 0.003;
 static const noise_t white = {.sigma_um = 1.0, .rms_um = 1.0};
 static random_t rng;
@@ -218,7 +219,7 @@ static size_t high_samples(samples_part_t part) {
 /* Peaks of 100 V in these of three blocks of time, loops between 0 and 80 V elsewhere; all of it after a sweep. */
 static void fill_peaks(const bool high[3]) {
     for (size_t k = 0; k < SAMPLES; k++) {
-        const size_t block = k * SAMPLES_TIME_BLOCKS / SAMPLES;
+        const size_t block = k * HELD_OUT_BLOCKS / SAMPLES;
         const double top = high[block % 3] || block == 0 ? 100.0 : 80.0;
         recording.column[COLUMN_DRIVE][k] = 0.5 * top * (1.0 - cos(2.0 * M_PI * (double)k / (0.5 * BLOCK)));
     }
