@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "diagnosis/noise/noise.h"
 #include "diagnosis/noise/noise_filter.h"
+#include "numerics/between.h"
 #include "numerics/simplex.h"
 #include "thresholds/thresholds.h"
 #include <gsl/gsl_cblas.h>
@@ -205,25 +206,43 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
     return find_in_runs(runs, samples, noise);
 }
 
-/* As many passes as are not more than half of them, that are a number of whole samples. 0: none are. */
-static size_t lag_of(const probe_passes_t *passes) {
+/* How far apart passes are compared, in samples. As many passes as are not more than half of those that have settled:
+ * a number of whole samples if any is, else what comes nearest, since noise between samples is smoother. 0: there is
+ * one pass. */
+static double lag_of(const probe_passes_t *passes) {
     const double whole_within = 0.05; /* of a sample: the drive's rate takes out what is left */
     const double count = passes->period > 0.0 ? (double)(passes->to - passes->from) / passes->period : 0.0;
-    for (size_t times = (size_t)fmax(0.0, 0.5 * (count - 1.0)); times > 0; times--) {
-        const double lag = (double)times * passes->period;
-        if (fabs(lag - round(lag)) < whole_within) {
-            return (size_t)round(lag);
+    double best = 0.0, least = HUGE_VAL;
+    for (size_t times = count < 2.0 ? 0 : (size_t)fmax(1.0, 0.5 * (count - 1.0)); times > 0; times--) {
+        const double lag = (double)times * passes->period, off = fabs(lag - round(lag));
+        if (off < whole_within) {
+            return round(lag);
+        }
+        if (off < least) {
+            least = off;
+            best = lag;
         }
     }
-    return 0;
+    return best;
 }
 
-static void add_difference(runs_t *runs, const recording_t *recording, size_t lag, size_t from, size_t length,
+/* The first pass may not have settled. Of two, what is left of it where the hysteresis has forgotten what was before.
+ */
+static size_t first_of(const samples_t *samples, size_t recording, const probe_passes_t *passes) {
+    const size_t known = samples->from[recording];
+    if ((double)(passes->to - passes->from) < 3.0 * passes->period) {
+        return known > passes->from ? known : passes->from;
+    }
+    return passes->from + (size_t)ceil(passes->period);
+}
+
+static void add_difference(runs_t *runs, const recording_t *recording, double lag, size_t from, size_t length,
                            const double *line_hz, size_t lines) {
     const double *drive = recording->column[COLUMN_DRIVE] + from;
     const double *readings = recording->column[COLUMN_DISPLACEMENT] + from;
     basis_t *trend = &runs->trends[runs->runs];
     double *x = allocate(length, sizeof(double)), *column = allocate(length, sizeof(double));
+    const double spread = sqrt(1.0 + value_between_variance(lag - floor(lag)));
     trends(length, recording->sample_rate_hz, (double)from / recording->sample_rate_hz, line_hz, lines, 2, trend);
     for (size_t of_rate = 0; of_rate < 2; of_rate++) {
         for (size_t k = 0; k < length; k++) {
@@ -232,7 +251,7 @@ static void add_difference(runs_t *runs, const recording_t *recording, size_t la
         basis_add(trend, column, 1);
     }
     for (size_t k = 0; k < length; k++) {
-        x[k] = (readings[k + lag] - readings[k]) / M_SQRT2;
+        x[k] = (value_between(readings, recording->samples - from, (double)k + lag) - readings[k]) / spread;
     }
     basis_project(trend, x, 1);
     free(column);
@@ -247,9 +266,9 @@ bool noise_between_passes(const samples_t *samples, const probe_passes_t *passes
     *noise = (noise_t){.between_passes = true};
     for (size_t i = 0; i < samples->count; i++) {
         const recording_t *recording = &samples->recordings[i];
-        const size_t lag = passes[i].to <= recording->samples ? lag_of(&passes[i]) : 0;
-        const size_t first = passes[i].from + (size_t)ceil(passes[i].period);
-        const size_t all = lag > 0 ? passes[i].to - first - lag : 0, pieces = 1 + all / PIECE;
+        const double lag = passes[i].to <= recording->samples ? lag_of(&passes[i]) : 0.0;
+        const size_t first = first_of(samples, i, &passes[i]), needed = first + (size_t)ceil(lag);
+        const size_t all = lag > 0.0 && passes[i].to > needed ? passes[i].to - needed : 0, pieces = 1 + all / PIECE;
         for (size_t piece = 0; piece < pieces; piece++) {
             const size_t from = piece * all / pieces, to = (piece + 1) * all / pieces;
             if (to - from >= LEAST_RUN + 4 * lines && runs->runs < MOST_RUNS) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/reference.h"
 #include "look/path/reference_columns.h"
-#include "look/signal/period.h"
+#include "numerics/between.h"
 #include "numerics/autocorrelation.h"
 #include "numerics/column_factor.h"
 #include "thresholds/thresholds.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/reference_columns.h"
-#include "look/signal/period.h"
+#include "numerics/between.h"
 #include <math.h>
 #include <stdlib.h>
 

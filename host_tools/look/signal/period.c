@@ -3,6 +3,7 @@
  * counts where passes follow each other. */
 #include "look/signal/period.h"
 #include "base/failure.h"
+#include "numerics/between.h"
 #include "recording/recording.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -10,19 +11,6 @@
 #include <string.h>
 
 enum { LEAST_PERIOD = 8, MOST_CANDIDATES = 24, REFINEMENTS = 32, WIDER = 8 };
-
-double value_between(const double *value, size_t samples, double at) {
-    const double whole = floor(at), x = at - whole;
-    const size_t k = (size_t)whole;
-    if (x == 0.0 || k + 1 >= samples) {
-        return value[k < samples ? k : samples - 1];
-    }
-    if (k == 0 || k + 2 >= samples) {
-        return value[k] + x * (value[k + 1] - value[k]);
-    }
-    const double a = value[k - 1], b = value[k], c = value[k + 1], d = value[k + 2];
-    return b + 0.5 * x * (c - a + x * (2.0 * a - 5.0 * b + 4.0 * c - d + x * (3.0 * (b - c) + d - a)));
-}
 
 /* The place of the least difference between the passes near a period. */
 static double refined(const double *u, size_t samples, look_span_t span, double period) {

@@ -8,8 +8,4 @@
 /** Sets period, repeat and harmonics of the drive; its range, noise and rests are known. */
 void period_find(const double *u, size_t samples, drive_look_t *drive);
 
-/** The value at a place between samples: a cubic through the four around it, a line at the ends. 0 <= at <= samples -
- * 1. */
-double value_between(const double *value, size_t samples, double at);
-
 #endif

@@ -1,21 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/signal/repetition.h"
-#include "look/signal/period.h"
+#include "numerics/between.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { ALIGNMENTS = 4 };
 
-/* Of white noise, what a cubic between four samples leaves of its variance. */
-static double cubic_variance(double x) {
-    const double a = 0.5 * x * (-1.0 + x * (2.0 - x)), d = 0.5 * x * x * (x - 1.0);
-    const double b = 1.0 + 0.5 * x * x * (3.0 * x - 5.0), c = 0.5 * x * (1.0 + x * (4.0 - 3.0 * x));
-    return a * a + b * b + c * c + d * d;
-}
-
 static void find_differences(const double *y, size_t samples, const drive_look_t *drive, repetition_t *r) {
-    const double period = drive->period, spread = sqrt(1.0 + cubic_variance(period - floor(period)));
+    const double period = drive->period, spread = sqrt(1.0 + value_between_variance(period - floor(period)));
     const size_t passes = drive_periods(drive), all = (size_t)ceil((double)span_length(drive->repeat) - period);
     double *of_pass = allocate(passes, sizeof *of_pass);
     r->difference = allocate(all, sizeof *r->difference);
