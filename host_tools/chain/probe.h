@@ -33,6 +33,7 @@ typedef struct {
     double added_noise_percent; /**< of the stroke, that was added to readings that had none; 0: none was */
     bool rests, repeats;        /**< what is noise shows where the drive rests; between passes of a path that repeats */
     const probe_passes_t *passes; /**< of each recording; the caller's. NULL: not known */
+    double drive_step_v;          /**< values of the drive were rounded to multiples of it; 0: none shows */
 } probe_seen_t;
 
 /** Properties of the recordings, from which initial values are chosen. */

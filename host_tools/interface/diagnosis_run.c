@@ -132,6 +132,7 @@ static probe_seen_t seen_by(const look_t *looks, size_t count, const probe_passe
         const response_point_t *peak = response_peak(&looks[i].response);
         seen.rests = seen.rests || looks[i].noise.rest.samples > 0;
         seen.repeats = seen.repeats || looks[i].repetition.count > 0;
+        seen.drive_step_v = fmax(seen.drive_step_v, looks[i].drive.step_v);
         seen.peak_hz = seen.peak_hz <= 0.0 && peak != NULL ? peak->frequency_hz : seen.peak_hz;
         if (looks[i].holds.creep_sigma > 0.0) {
             const double weight = 1.0 / (looks[i].holds.creep_sigma * looks[i].holds.creep_sigma);

@@ -30,10 +30,10 @@ void tearDown(void) {
     recording_free(&recording);
 }
 
-/* y'' + 2 zeta omega y' + omega^2 (y - u) = 0, or y' = omega (u - y); rad per sample. */
+/* y'' + 2 zeta omega y' + omega^2 (y - u) = 0, or y' = omega (u - y); rad per sample. Or y' = +- limit until y = u. */
 typedef struct {
     bool second;
-    double omega, zeta;
+    double omega, zeta, limit;
 } law_t;
 
 static void slope(const law_t *law, const double y[2], double u, double dy[2]) {
@@ -44,7 +44,10 @@ static void slope(const law_t *law, const double y[2], double u, double dy[2]) {
 /* Runge and Kutta's fourth order, at one value of u. */
 static void run(const law_t *law, double y[2], double u, double samples) {
     const double h = samples / SUBSTEPS;
-    for (int i = 0; i < SUBSTEPS; i++) {
+    for (int i = 0; law->limit > 0.0 && i < SUBSTEPS; i++) {
+        y[0] = u > y[0] ? fmin(u, y[0] + h * law->limit) : fmax(u, y[0] - h * law->limit);
+    }
+    for (int i = 0; law->omega > 0.0 && i < SUBSTEPS; i++) {
         double a[2], b[2], c[2], d[2], at[2];
         slope(law, y, u, a);
         at[0] = y[0] + 0.5 * h * a[0], at[1] = y[1] + 0.5 * h * a[1];
@@ -111,6 +114,22 @@ static void test_a_mode(void) {
     }
     recording.held = false;
     TEST_ASSERT_TRUE(worst(&law, 1.0, 0.0) > 1.0);
+}
+
+static void test_a_largest_rate(void) {
+    static const double since[] = {0.0, 0.37, 1.0}, limit[] = {3.0, 11.0};
+    for (size_t l = 0; l < sizeof limit / sizeof limit[0]; l++) {
+        one_block(&block_amplifier_slew_limit, (double[]){limit[l] * rate_hz});
+        const law_t law = {.limit = limit[l]};
+        for (size_t i = 0; i < sizeof since / sizeof since[0]; i++) {
+            recording.held = true;
+            TEST_ASSERT_TRUE(worst(&law, since[i], 0.0) < tolerance);
+        }
+        recording.held = false;
+        TEST_ASSERT_TRUE(worst(&law, 0.0, 0.0) > 1.0); /* a ramp from sample to sample is ahead by nearly a sample */
+        model_free(&model);
+    }
+    model = (model_t){0};
 }
 
 static void test_a_delay_before_a_mode_is_a_part_of_a_sample_there(void) {
@@ -239,6 +258,7 @@ int main(void) {
     UNITY_BEGIN();
     RUN_TEST(test_a_low_pass);
     RUN_TEST(test_a_mode);
+    RUN_TEST(test_a_largest_rate);
     RUN_TEST(test_a_delay_before_a_mode_is_a_part_of_a_sample_there);
     RUN_TEST(test_steps_between_rows);
     RUN_TEST(test_bad_steps);

@@ -119,7 +119,8 @@ static bool find_next(const samples_t *samples, const probe_setting_t *setting, 
     }
     fit_starts(samples, &starts);
     const start_t *best = starts.start;
-    const bool won = starts.count > 0 && best->left < threshold.contest_worth * power && !last_of(best)->probe->shape;
+    const bool won = starts.count > 0 && best->left < threshold.contest_worth * power &&
+                     (winner->blocks > 0 || !last_of(best)->probe->shape);
     if (won) {
         *left = best->left;
         *winner = best->entry;

@@ -27,7 +27,8 @@ typedef struct {
 } contest_winner_t;
 
 /** Among all blocks that the chain does not have. false: none leaves less than contest_worth of the standing model's
- * power, or one that is itself a shape leaves the least. The winner's model is to be freed. */
+ * power, or one that is itself a shape leaves the least; beside an effect that has won a shape may win, as the bank has
+ * no bends. The winner's model is to be freed. */
 bool contest(const samples_t *samples, const probe_setting_t *setting, const model_t *standing, const model_t *chain,
              contest_winner_t *winner);
 
