@@ -106,9 +106,12 @@ converter_status_t converter_wait(converter_line_t *line, bool *driven, uint16_t
         }
         count += more > 0 ? (size_t)more : 0;
     }
-    line->asked = true;
     *drive = (uint16_t)(ask[0] | ask[1] << 8);
     *driven = ask[2] != 0;
+    if (!line->asked && !*driven) {
+        line->rate_hz = *drive;
+    }
+    line->asked = true;
     return CONVERTER_DONE;
 }
 

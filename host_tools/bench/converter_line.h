@@ -13,8 +13,9 @@
 #include <signal.h>
 #include <stdint.h>
 
-/** An ask: the drive code, 2 bytes, and whether it is one, 2 bytes. An answer: the position code, 2 bytes, whether
- * there is one, 2 bytes, the supply of the stage in mV (0: not measured), 4 bytes. */
+/** An ask: the drive code, 2 bytes, and whether it is one, 2 bytes. The first ask has none, and in its place the rate
+ * of the bench's loop in Hz, 0 if it does not say. An answer: the position code, 2 bytes, whether there is one, 2
+ * bytes, the supply of the stage in mV (0: not measured), 4 bytes. */
 enum { CONVERTER_ASK_BYTES = 4, CONVERTER_ANSWER_BYTES = 8 };
 
 /** The open line. */
@@ -23,6 +24,7 @@ typedef struct {
     const char *name;                  /**< for messages */
     const volatile sig_atomic_t *stop; /**< ends every wait when it becomes nonzero */
     bool asked;                        /**< once */
+    unsigned rate_hz;                  /**< of the bench's loop, as its first ask says it; 0: it does not */
 } converter_line_t;
 
 typedef enum {
