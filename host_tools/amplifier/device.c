@@ -30,6 +30,8 @@ struct device {
     bool keys_stay;                   /* another master drives with keys that it has written */
     int64_t seen[REGISTER_COUNT];     /* starts, events and sequence, as last read: the last two only grow in a start */
     bool starts_known;
+    device_left_fault_t *left_fault; /* or NULL; see device_when_left_fault */
+    void *left_fault_context;
 };
 
 static int64_t decode(register_type_t type, const uint16_t *words) {
@@ -101,6 +103,13 @@ static bool check_magic(device_t *device, bool *silent, failure_t *failure) {
                                             device->line.port, (unsigned)magic, (unsigned)REGISTERS_MAGIC);
 }
 
+bool device_expect_known_map(const device_t *device, failure_t *failure) {
+    const int64_t abi = device->identity[INDEX_abi];
+    return device->map_known ||
+           fail(failure, "%s: register map version %" PRId64 " is unknown here (known: %d): upgrade %s",
+                device->line.port, abi, REGISTERS_ABI, abi > REGISTERS_ABI ? "hyst" : "the amplifier's firmware");
+}
+
 /* Only magic, abi and what makes safe mean the same in every version of the map (registers.def). */
 static bool check_identity(device_t *device, bool any_map, bool *silent, failure_t *failure) {
     uint16_t abi = 0;
@@ -113,11 +122,8 @@ static bool check_identity(device_t *device, bool any_map, bool *silent, failure
     if (!device->map_known && any_map) {
         return true;
     }
-    if (!device->map_known) {
-        return fail(failure, "%s: register map version %u is unknown here (known: %d): upgrade %s", device->line.port,
-                    (unsigned)abi, REGISTERS_ABI, abi > REGISTERS_ABI ? "hyst" : "the amplifier's firmware");
-    }
-    return device_read_span(device, INDEX_magic, INDEX_serial_low, device->identity, failure);
+    return device_expect_known_map(device, failure) &&
+           device_read_span(device, INDEX_magic, INDEX_serial_low, device->identity, failure);
 }
 
 void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]) {
@@ -437,8 +443,30 @@ bool device_unlock(device_t *device, unsigned what, failure_t *failure) {
     return true;
 }
 
+void device_when_left_fault(device_t *device, device_left_fault_t *say, void *context) {
+    device->left_fault = say;
+    device->left_fault_context = context;
+}
+
+/* Of the bits of faults_sticky, where the amplifier is in a fault; else 0. A line that fails fails in the next request.
+ */
+static int64_t tripped(device_t *device) {
+    int64_t now[REGISTER_COUNT];
+    failure_t ignored;
+    const bool in_fault = device_read_telemetry(device, now, &ignored) && now[INDEX_amplifier_state] == AMPLIFIER_FAULT;
+    return in_fault && now[INDEX_trip_cause] > 0 ? INT64_C(1) << (now[INDEX_trip_cause] - 1) : 0;
+}
+
 bool device_command(device_t *device, control_command_t command, failure_t *failure) {
-    return device_write(device, INDEX_command, (int64_t)command, failure);
+    const bool leads_out = command == COMMAND_STOP && device->left_fault != NULL && device->map_known;
+    const int64_t fault = leads_out ? tripped(device) : 0;
+    if (!device_write(device, INDEX_command, (int64_t)command, failure)) {
+        return false;
+    }
+    if (fault != 0) {
+        device->left_fault(device->left_fault_context, fault);
+    }
+    return true;
 }
 
 /* How long a board stands still while it stores, with a reserve. */

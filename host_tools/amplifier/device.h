@@ -28,6 +28,8 @@ device_t *device_open(const device_options_t *options, failure_t *failure);
 device_t *device_open_any_map(const device_options_t *options, failure_t *failure);
 /** Whether it has the version that is known here. */
 bool device_map_known(const device_t *device);
+/** Fails where it has not, with the side to upgrade. */
+bool device_expect_known_map(const device_t *device, failure_t *failure);
 /** NULL is allowed. */
 void device_close(device_t *device);
 
@@ -113,6 +115,12 @@ void device_forget_locks(device_t *device);
 
 /** A command, repeated when its answer is lost. Not for `start`, which would restart the source, nor for the save. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
+
+/** Called when COMMAND_STOP, which is the only way out, has led the amplifier out of a fault, also as a part of
+ * device_arm: what had tripped, of the bits of faults_sticky. */
+typedef void device_left_fault_t(void *context, int64_t tripped);
+/** From now on; say NULL ends it. */
+void device_when_left_fault(device_t *device, device_left_fault_t *say, void *context);
 
 /** COMMAND_SAVE, each of which erases a sector of the flash and takes up to 1 s: not repeated if only its answer was
  * lost. Whether the flash took it is in register `store_state`. *refused: the amplifier did not take the command, as

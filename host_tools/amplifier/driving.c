@@ -54,23 +54,17 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
     return good;
 }
 
-driving_fault_t driving_fault(device_t *device) {
-    int64_t now[REGISTER_COUNT];
-    driving_fault_t fault = {""};
-    failure_t ignored;
+driving_fault_t driving_fault(int64_t tripped) {
+    driving_fault_t fault;
     char faults[FAULTS_TEXT];
-    if (device_read_telemetry(device, now, &ignored) && now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-        const int64_t cause = now[INDEX_trip_cause] > 0 ? INT64_C(1) << (now[INDEX_trip_cause] - 1) : 0;
-        (void)snprintf(fault.text, sizeof fault.text, "the amplifier had tripped (%s); this leads it out of that fault",
-                       faults_text(cause, faults));
-    }
+    (void)snprintf(fault.text, sizeof fault.text, "the amplifier had tripped (%s); this leads it out of that fault",
+                   faults_text(tripped, faults));
     return fault;
 }
 
-void driving_fault_recheck(device_t *device, driving_fault_t *fault) {
-    if (fault->text[0] != '\0' && driving_fault(device).text[0] != '\0') {
-        fault->text[0] = '\0';
-    }
+void driving_keep_fault(void *context, int64_t tripped) {
+    driving_fault_t *const fault = context;
+    *fault = driving_fault(tripped);
 }
 
 /* A command takes effect with the next sample; an emulated amplifier may take its time for that. */
@@ -92,11 +86,10 @@ static bool is_halted(control_command_t command, const int64_t now[REGISTER_COUN
     }
 }
 
-bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure) {
+/* Until it has taken effect. */
+static bool wait_for_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT],
+                          failure_t *failure) {
     const double patience_s = command == COMMAND_DISARM ? OFF_S : HALT_S;
-    if (!device_command(device, command, failure)) {
-        return false;
-    }
     for (const double until_s = monotonic_s() + patience_s; monotonic_s() < until_s;
          sleep_until(monotonic_s() + POLL_S)) {
         if (!device_read_telemetry(device, now, failure)) {
@@ -108,4 +101,9 @@ bool driving_halt(device_t *device, control_command_t command, int64_t now[REGIS
     }
     return fail(failure, "the amplifier has taken the command, but after %g s its loop is still %s, and it is %s",
                 patience_s, state_name(now[INDEX_state]), power_name(now[INDEX_amplifier_state]));
+}
+
+bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure) {
+    return device_command(device, command, failure) &&
+           (!device_map_known(device) || wait_for_halt(device, command, now, failure));
 }

@@ -512,13 +512,46 @@ static void test_a_push_leaves_the_keys_to_who_drives(void) {
     }
 }
 
-static void test_a_run_after_a_trip_says_which(void) {
-    static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/null", NULL};
+/* Its communication timeout has passed. */
+static void trip(void) {
     take_line();
     must(device_write(device, INDEX_watchdog, 100, &failure) &&
          device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
     sleep_until(monotonic_s() + 0.3);
     leave_line();
+}
+
+/* What is refused, before the run is guarded or within it, leaves the amplifier in its fault, and does not say else. */
+static void test_a_run_that_is_refused_after_a_trip_leads_out_of_nothing(void) {
+    static const struct {
+        const char *part;
+        const char *command[14];
+    } refused[] = {{"cannot be played", {"record", "--waveform", "sine", "-f", "6000", "-o", "/dev/null", NULL}},
+                   {"cannot be played", {"track", "--waveform", "sine", "-f", "6000", "--mode", "linear", NULL}},
+                   {"cannot be played", {"play", "--waveform", "sine", "-f", "6000", NULL}},
+                   {"keeps its reference between",
+                    {"record", "--waveform", "sine", "--offset", "80", "--amplitude", "10", "-o", "/dev/null", NULL}},
+                   {"keeps its reference between",
+                    {"track", "--waveform", "sine", "--offset", "80", "--amplitude", "10", "--mode", "linear", NULL}},
+                   {"keeps its reference between",
+                    {"play", "--waveform", "sine", "--offset", "80", "--amplitude", "10", "--mode", "direct", NULL}}};
+    trip();
+    take_line();
+    must(device_write(device, INDEX_reference_high, 0, &failure)); /* 50 V, 50 um */
+    leave_line();
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        start(refused[i].command);
+        (void)end();
+        expect_error(refused[i].part); /* one line */
+    }
+    take_line();
+    TEST_ASSERT_EQUAL_INT64(AMPLIFIER_FAULT, value_of(INDEX_amplifier_state));
+    leave_line();
+}
+
+static void test_a_run_after_a_trip_says_which(void) {
+    static const char *const record[] = {"record", "--waveform", "sine", "--cycles", "1", "-o", "/dev/null", NULL};
+    trip();
     start(record);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
     expect_error("note: the amplifier had tripped (communication timeout); this leads it out of that fault");
@@ -595,6 +628,7 @@ int main(void) {
     RUN_TEST(test_stop_says_what_the_drive_does);
     RUN_TEST(test_stop_and_park_take_any_register_map);
     RUN_TEST(test_a_push_leaves_the_keys_to_who_drives);
+    RUN_TEST(test_a_run_that_is_refused_after_a_trip_leads_out_of_nothing);
     RUN_TEST(test_a_run_after_a_trip_says_which);
     RUN_TEST(test_monitor_notes_a_restart);
     RUN_TEST(test_a_restart_leaves_no_recording);
