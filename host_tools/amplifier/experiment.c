@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/experiment.h"
+#include "amplifier/arming.h"
 #include "amplifier/capture_reader.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/restart.h"
 #include "amplifier/sample_number.h"
 #include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
+#include "amplifier/standstill.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
 #include "chain/fit_ranges.h"
@@ -19,8 +22,6 @@
 
 /* Interval of polling the amplifier's progress. Each answer costs the emulated amplifier some samples. */
 #define POLL_S 0.05
-/* A loop without a sample for this long counts as stopped. */
-#define STANDSTILL_S 5.0
 
 /* Settled: in 0.1 s, or as long as it is to rest, the drive changes by no more than one code of a 16-bit converter. */
 #define SETTLED_S     0.1
@@ -32,39 +33,38 @@
 typedef struct {
     device_t *device;
     int64_t now[REGISTER_COUNT]; /* the newest snapshot */
-    double progress_s;           /* when its sequence number last changed */
+    standstill_t standstill;
 } watch_t;
 
 static bool watch_begin(watch_t *watch, device_t *device, failure_t *failure) {
     watch->device = device;
-    watch->progress_s = monotonic_s();
-    return device_read_telemetry(device, watch->now, failure);
+    if (!device_read_telemetry(device, watch->now, failure)) {
+        return false;
+    }
+    watch->standstill = standstill_begin(watch->now[INDEX_sequence]);
+    return true;
+}
+
+/* Always false. */
+static bool has_parked(watch_t *watch, failure_t *failure) {
+    char faults[FAULTS_TEXT];
+    (void)fail(failure, "the amplifier has parked (faults: %s): somebody else, or its watchdog, stopped the run",
+               faults_text(watch->now[INDEX_faults_sticky], faults));
+    device_blame_restart(watch->device, failure);
+    return false;
 }
 
 /* parks: parked is what it is to be. */
 static bool watch_on(watch_t *watch, bool parks, failure_t *failure) {
     const int64_t before = watch->now[INDEX_sequence];
-    if (!device_read_telemetry(watch->device, watch->now, failure)) {
+    if (!device_read_telemetry(watch->device, watch->now, failure) ||
+        !standstill_check(&watch->standstill, watch->now[INDEX_sequence], failure)) {
         return false;
     }
-    if (watch->now[INDEX_sequence] != before) {
-        watch->progress_s = monotonic_s();
-        const int64_t power = watch->now[INDEX_amplifier_state];
-        if (watch->now[INDEX_state] == LOOP_PARKED &&
-            (!parks || power == AMPLIFIER_FAULT || power == AMPLIFIER_OFF || power == AMPLIFIER_STOP)) {
-            char faults[FAULTS_TEXT];
-            (void)fail(failure,
-                       "the amplifier has parked (faults: %s): somebody else, or its watchdog, stopped the run",
-                       faults_text(watch->now[INDEX_faults_sticky], faults));
-            device_blame_restart(watch->device, failure);
-            return false;
-        }
-    } else if (monotonic_s() - watch->progress_s > STANDSTILL_S) {
-        return fail(failure,
-                    "the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
-                    before);
-    }
-    return true;
+    const int64_t power = watch->now[INDEX_amplifier_state];
+    const bool parked = watch->now[INDEX_state] == LOOP_PARKED &&
+                        (!parks || power == AMPLIFIER_FAULT || power == AMPLIFIER_OFF || power == AMPLIFIER_STOP);
+    return watch->now[INDEX_sequence] == before || !parked || has_parked(watch, failure);
 }
 
 static bool watch_next(watch_t *watch, failure_t *failure) {

@@ -4,6 +4,7 @@
 #include "amplifier/driving.h"
 #include "amplifier/mode_names.h"
 #include "amplifier/model_guard.h"
+#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "compile/compile.h"

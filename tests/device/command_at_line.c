@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_at_line.h"
 #include "amplifier/amplifier_image.h"
+#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "simulated_device.h"
 #include "unity.h"

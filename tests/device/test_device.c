@@ -2,8 +2,10 @@
 /* The Modbus client against lines that lose, delay, damage and repeat: it recovers, or says in one line what is wrong.
  */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/arming.h"
 #include "amplifier/device.h"
 #include "amplifier/line_change.h"
+#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "hyst/compensator.h"

@@ -5,6 +5,7 @@
  */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/driving.h"
+#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "command_at_line.h"
 #include "loop/telemetry.h"
