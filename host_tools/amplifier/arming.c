@@ -79,6 +79,8 @@ static bool wait_for_precharge(device_t *device, int64_t first, failure_t *failu
 /* Telemetry is of the newest sample, which may be older than the command: only what a later one says counts. */
 bool device_arm(device_t *device, failure_t *failure) {
     int64_t first;
-    return command_arm(device, failure) && device_read(device, INDEX_sequence, &first, failure) &&
-           wait_for_precharge(device, first, failure);
+    device->armed = false;
+    device->armed = command_arm(device, failure) && device_read(device, INDEX_sequence, &first, failure) &&
+                    wait_for_precharge(device, first, failure);
+    return device->armed;
 }

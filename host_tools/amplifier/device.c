@@ -2,6 +2,7 @@
 #include "amplifier/device.h"
 #include "amplifier/device_state.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/parking.h"
 #include "amplifier/register_words.h"
 #include "amplifier/restart.h"
 #include "amplifier/sample_number.h"
@@ -15,10 +16,16 @@
 #define WRITE_MOST  (MODBUS_MAX_WRITE_REGISTERS / 4 * 4)
 #define WRITE_LEAST 8
 
+static bool is_start(const request_t *request) {
+    return request->write != NULL && request->address == ADDRESS_command && request->write[0] == COMMAND_START;
+}
+
+/* What an amplifier refuses that has parked or restarted says of it only what it lacks. */
 static line_outcome_t transfer(device_t *device, const request_t *request, int tries, failure_t *failure) {
     const line_outcome_t outcome = serial_line_request(&device->line, request, tries, NULL, failure);
-    if (outcome == LINE_REFUSED) { /* what an amplifier refuses that has restarted says of it only what it lacks */
-        device_blame_restart(device, failure);
+    if (outcome == LINE_REFUSED) {
+        parking_blame(device, is_start(request), failure);
+        device_blame_restart(device, failure); /* which is off, too */
     }
     return outcome;
 }
@@ -102,7 +109,7 @@ double device_sample_rate_hz(const device_t *device) {
 
 /* Each lost try is a timeout and as long a silence; one more silence follows a try that succeeded after all. */
 int64_t device_communication_timeout_ms(const device_t *device) {
-    const double longest_gap_s = (2.0 * (DEVICE_TRIES - 1) + 1.0) * device->line.timeout_s;
+    const double longest_gap_s = (2.0 * (REGISTER_TRIES - 1) + 1.0) * device->line.timeout_s;
     return (int64_t)fmin(UINT16_MAX, fmax(LEAST_TIMEOUT_MS, 1000.0 * TIMEOUT_RESERVE * longest_gap_s));
 }
 
@@ -116,7 +123,7 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
     request_t request = register_words_request(first, last, words);
     register_words_name(first, last, what);
     request.what = what;
-    if (transfer(device, &request, DEVICE_TRIES, failure) != LINE_DONE) {
+    if (transfer(device, &request, REGISTER_TRIES, failure) != LINE_DONE) {
         return false;
     }
     register_words_decode(first, last, words, value);
@@ -167,11 +174,11 @@ static line_outcome_t write_register(device_t *device, int which, int64_t value,
 }
 
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure) {
-    return write_register(device, which, value, DEVICE_TRIES, failure) == LINE_DONE;
+    return write_register(device, which, value, REGISTER_TRIES, failure) == LINE_DONE;
 }
 
 bool device_write_span(device_t *device, int first, int last, const int64_t *value, failure_t *failure) {
-    return write_span(device, first, last, value, DEVICE_TRIES, failure) == LINE_DONE;
+    return write_span(device, first, last, value, REGISTER_TRIES, failure) == LINE_DONE;
 }
 
 /* Who drives with keys that it has written would lose them where this one locks again. */
@@ -226,6 +233,7 @@ bool device_command(device_t *device, control_command_t command, failure_t *fail
     if (!device_write(device, INDEX_command, (int64_t)command, failure)) {
         return false;
     }
+    device->armed = device->armed && command != COMMAND_DISARM;
     if (fault != 0) {
         device->left_fault(device->left_fault_context, fault);
     }
@@ -267,7 +275,7 @@ bool device_save(device_t *device, bool *refused, failure_t *failure) {
         if (has_saved(before, now)) {
             return true;
         }
-        if (attempt == DEVICE_TRIES) {
+        if (attempt == REGISTER_TRIES) {
             return false;
         }
         device->line.repetitions++;
@@ -280,7 +288,7 @@ bool device_start(device_t *device, failure_t *failure) {
         if (outcome == LINE_DONE) {
             return true;
         }
-        if (outcome != LINE_NO_ANSWER || attempt == DEVICE_TRIES) {
+        if (outcome != LINE_NO_ANSWER || attempt == REGISTER_TRIES) {
             return false;
         }
         int64_t capture = 0;
@@ -311,7 +319,7 @@ bool device_read_block(device_t *device, int block, size_t offset, size_t count,
         uint16_t *const to = value + done;
         const request_t request = {
             .what = what, .address = block + (int)(offset + done), .count = (int)part, .read = to};
-        if (transfer(device, &request, DEVICE_TRIES, failure) != LINE_DONE) {
+        if (transfer(device, &request, REGISTER_TRIES, failure) != LINE_DONE) {
             return false;
         }
         done += part;
@@ -351,7 +359,7 @@ bool device_read_stream(device_t *device, uint32_t from, size_t count, uint16_t 
                                .write = words,
                                .first_address = ADDRESS_stream_from,
                                .first_count = 2};
-    return transfer(device, &request, DEVICE_TRIES, failure) == LINE_DONE;
+    return transfer(device, &request, REGISTER_TRIES, failure) == LINE_DONE;
 }
 
 /* After a lost long request come shorter ones: with occasional interference, or an emulator that pauses, they are more
@@ -366,7 +374,7 @@ bool device_write_block(device_t *device, int block, size_t offset, size_t count
         describe(block, offset + done, what);
         const request_t request = {
             .what = what, .address = block + (int)(offset + done), .count = (int)part, .write = value + done};
-        const line_outcome_t outcome = transfer(device, &request, shortest ? DEVICE_TRIES : 1, failure);
+        const line_outcome_t outcome = transfer(device, &request, shortest ? REGISTER_TRIES : 1, failure);
         if (outcome == LINE_DONE) {
             done += part;
         } else if (outcome != LINE_NO_ANSWER || shortest) {

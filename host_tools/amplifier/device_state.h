@@ -10,9 +10,6 @@
 #include "amplifier/serial_line.h"
 #include "registers/register_table.h"
 
-/** Of a request that gets no answer, or a damaged one. */
-#define DEVICE_TRIES 3
-
 struct device {
     serial_line_t line;
     int64_t identity[REGISTER_COUNT]; /* magic to serial_low are filled */
@@ -21,6 +18,7 @@ struct device {
     bool keys_stay;                   /* another master drives with keys that it has written */
     int64_t seen[REGISTER_COUNT];     /* starts, events and sequence, as last read: the last two only grow in a start */
     bool starts_known;
+    bool armed;                                         /* by device_arm, and not disarmed here since */
     void (*left_fault)(void *context, int64_t tripped); /* or NULL; see device_when_left_fault */
     void *left_fault_context;
 };

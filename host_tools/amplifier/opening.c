@@ -2,6 +2,7 @@
 #include "amplifier/opening.h"
 #include "amplifier/device_state.h"
 #include "amplifier/line_search.h"
+#include "amplifier/register_words.h"
 #include "amplifier/restart.h"
 #include "base/provenance.h"
 #include <stdio.h>
@@ -14,12 +15,12 @@ static line_outcome_t read_expected(device_t *device, int which, uint16_t expect
     char what[100];
     (void)snprintf(what, sizeof what, "register %s", register_table[which].name);
     const request_t request = {.what = what, .address = register_table[which].address, .count = 1, .read = value};
-    const line_outcome_t outcome = serial_line_request(&device->line, &request, DEVICE_TRIES, silent, failure);
+    const line_outcome_t outcome = serial_line_request(&device->line, &request, REGISTER_TRIES, silent, failure);
     if (outcome != LINE_DONE || *value == expected) {
         return outcome;
     }
     serial_line_settle(&device->line);
-    return serial_line_request(&device->line, &request, DEVICE_TRIES, silent, failure);
+    return serial_line_request(&device->line, &request, REGISTER_TRIES, silent, failure);
 }
 
 /* silent: set when the first request had no answer at all. */

@@ -32,6 +32,16 @@ void register_words_name(int first, int last, char what[REGISTER_SPAN_NAME]) {
     }
 }
 
+bool register_words_read(serial_line_t *line, int first, int last, int64_t *value, failure_t *failure) {
+    uint16_t words[MODBUS_MAX_READ_REGISTERS];
+    const request_t request = register_words_request(first, last, words);
+    if (serial_line_request(line, &request, REGISTER_TRIES, NULL, failure) != LINE_DONE) {
+        return false;
+    }
+    register_words_decode(first, last, words, value);
+    return true;
+}
+
 void register_words_range(int which, int64_t *low, int64_t *high) {
     const register_type_t type = register_table[which].type;
     const bool is_signed = REGISTER_SIZE(type) == 2 && type != REGISTER_U32;

@@ -4,20 +4,9 @@
 #include "amplifier/register_words.h"
 #include "amplifier/sample_number.h"
 
-/* Not as device_read_span, which asks for this when it is refused. Older firmware refuses it. */
-static bool read_span_once(device_t *device, int first, int last, int64_t *value, failure_t *failure) {
-    uint16_t words[MODBUS_MAX_READ_REGISTERS];
-    const request_t request = register_words_request(first, last, words);
-    if (serial_line_request(&device->line, &request, DEVICE_TRIES, NULL, failure) != LINE_DONE) {
-        return false;
-    }
-    register_words_decode(first, last, words, value);
-    return true;
-}
-
 static bool read_start(device_t *device, int64_t now[REGISTER_COUNT], failure_t *failure) {
-    return read_span_once(device, INDEX_sequence, INDEX_sequence, now, failure) &&
-           read_span_once(device, INDEX_reset_cause, INDEX_events, now, failure);
+    return register_words_read(&device->line, INDEX_sequence, INDEX_sequence, now, failure) &&
+           register_words_read(&device->line, INDEX_reset_cause, INDEX_events, now, failure);
 }
 
 static void keep_start(device_t *device, const int64_t now[REGISTER_COUNT]) {
