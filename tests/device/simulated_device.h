@@ -62,6 +62,9 @@ line_control_t *simulated_device_line(void);
 /** The next `times` requests, after `after` good ones, meet the fault. */
 void simulated_device_fault(line_fault_t fault, unsigned after, unsigned times);
 
+/** It gets no processor, as on a busy machine, until it is to go on. */
+void simulated_device_pause(bool pause);
+
 /** Ends its process, if it runs. */
 void simulated_device_stop(void);
 

@@ -13,6 +13,7 @@
 #include "recording/recording.h"
 #include "simulated_device.h"
 #include "unity.h"
+#include <fcntl.h>
 #include <glob.h>
 #include <signal.h>
 #include <stdio.h>
@@ -20,6 +21,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 void setUp(void) {
@@ -108,6 +110,28 @@ static void test_a_killed_host_leaves_the_amplifier_to_park_by_itself(void) {
     TEST_ASSERT_EQUAL_INT(0, kill(process, SIGKILL));
     (void)end();
     expect_parks_by_itself(2.0);
+}
+
+/* The amplifier's process waits for a processor while a request waits for it: the master was not silent. */
+static void test_a_starved_amplifier_does_not_take_its_master_for_silent(void) {
+    static const uint8_t read_mode[] = {1, 3, 0x01, 0x01, 0, 1, 0xD4, 0x36};
+    take_line();
+    must(device_write(device, INDEX_watchdog, 300, &failure) &&
+         device_write(device, INDEX_mode, HYST_MODE_DIRECT, &failure));
+    const int line = open(options.port, O_RDWR | O_NOCTTY);
+    simulated_device_pause(true);
+    TEST_ASSERT_EQUAL_INT((int)sizeof read_mode, (int)write(line, read_mode, sizeof read_mode));
+    sleep_until(monotonic_s() + 0.6);
+    const unsigned requests = simulated_device_line()->requests;
+    simulated_device_pause(false);
+    while (simulated_device_line()->requests == requests) {
+        sleep_until(monotonic_s() + 0.001);
+    }
+    sleep_until(monotonic_s() + 0.02);
+    (void)tcflush(line, TCIFLUSH); /* the answer */
+    (void)close(line);
+    TEST_ASSERT_EQUAL_INT64(LOOP_IDLE, value_of(INDEX_state));
+    TEST_ASSERT_EQUAL_INT64(0, value_of(INDEX_faults_sticky));
 }
 
 static void test_an_error_parks(void) {
@@ -612,6 +636,7 @@ int main(void) {
     RUN_TEST(test_signals_stop_and_park);
     RUN_TEST(test_a_signal_at_any_time_leaves_the_amplifier_parked);
     RUN_TEST(test_a_killed_host_leaves_the_amplifier_to_park_by_itself);
+    RUN_TEST(test_a_starved_amplifier_does_not_take_its_master_for_silent);
     RUN_TEST(test_an_error_parks);
     RUN_TEST(test_a_recording_that_cannot_be_written_parks);
     RUN_TEST(test_a_recording_that_has_no_room_at_its_end_is_written_elsewhere);
