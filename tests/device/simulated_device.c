@@ -197,6 +197,10 @@ static void answer(int file, const uint8_t *request, size_t length) {
     if (line->disarm_after > 0 && --line->disarm_after == 0) {
         loop_disarm();
     }
+    if (line->arms_anew && loop_armed()) {
+        loop_disarm();
+        (void)loop_arm(true);
+    }
     /* A commit is in force from the next sample on; the host may ask before the clock has made one. */
     for (int i = 0; i < 1 + line->samples_per_request && !line->loop_stands; i++) {
         sample();

@@ -42,6 +42,7 @@ typedef struct {
     volatile int position_offset;     /**< of the sensor, in codes: 0, or it has moved */
     volatile unsigned park_after;     /**< requests until somebody parks the amplifier; 0: nobody does */
     volatile unsigned disarm_after;   /**< requests until somebody disarms it; 0: nobody does */
+    volatile bool arms_anew;          /**< somebody disarms it and arms it again, at each request */
     volatile unsigned lost_disarms;   /**< so many commands `disarm` are lost, as by LINE_LOSES_REQUEST */
     volatile unsigned restart_after;  /**< requests until it restarts by itself, without an image; 0: it does not */
     volatile bool supply_goes;        /**< and then because the supply was gone: it counts its starts from 1 again */

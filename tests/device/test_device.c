@@ -521,6 +521,23 @@ static void test_an_arming_that_somebody_takes_back_says_so(void) {
     }
 }
 
+/* 0.1 s of precharge begin anew with each request, which is 0.09 s: 13 s of its time, and no sooner. */
+static void test_a_precharge_without_end_is_given_up(void) {
+    enum { SAMPLES = 900 };
+    double end_s = monotonic_s() + PATIENCE_S;
+    open_device();
+    TEST_ASSERT_TRUE(device_command(device, COMMAND_DISARM, &failure) &&
+                     device_expect_off(device, "nothing", &failure));
+    simulated_device_line()->samples_per_request = SAMPLES;
+    simulated_device_line()->arms_anew = true;
+    const int64_t before = read_register(INDEX_sequence);
+    device_take_turns(device, until, &end_s);
+    TEST_ASSERT_FALSE(device_arm(device, &failure));
+    device_take_turns(device, NULL, NULL);
+    expect_line("the amplifier is still in precharge after 13 s of its time: does somebody else arm it anew?");
+    TEST_ASSERT_INT_WITHIN(20 * SAMPLES, 130000 + 10 * SAMPLES, read_register(INDEX_sequence) - before);
+}
+
 /* Nor is its terminal set to another rate, not for a moment: the amplifier would not understand a request then. */
 static void test_a_port_in_use_keeps_its_rate(void) {
     open_device();
@@ -598,6 +615,7 @@ int main(void) {
     RUN_TEST(test_ports_that_are_none);
     RUN_TEST(test_locks);
     RUN_TEST(test_an_arming_that_somebody_takes_back_says_so);
+    RUN_TEST(test_a_precharge_without_end_is_given_up);
     RUN_TEST(test_a_port_in_use_is_left_alone);
     RUN_TEST(test_a_port_in_use_keeps_its_rate);
     RUN_TEST(test_start_is_never_executed_twice);
