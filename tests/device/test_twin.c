@@ -287,11 +287,11 @@ static void test_an_answer_of_nothing_makes_no_sample(void) {
 /* What the firmware says of its loop. One of an earlier release says nothing. */
 static void test_a_loop_of_another_rate_is_refused(void) {
     static const struct {
-        unsigned said_hz;
         double twin_hz;
+        unsigned said_hz;
         bool taken;
-    } cases[] = {{10000, 10000.0, true},  {25000, 25000.0, true},  {50000, 50000.0, true}, {0, 12345.0, true},
-                 {25000, 10000.0, false}, {10000, 25000.0, false}, {10000, 10000.4, false}};
+    } cases[] = {{10000.0, 10000, true},  {25000.0, 25000, true},  {50000.0, 50000, true}, {12345.0, 0, true},
+                 {10000.0, 25000, false}, {25000.0, 10000, false}, {10000.4, 10000, false}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         twin_options_t options = options_of();
         options.sample_rate_hz = cases[i].twin_hz;
