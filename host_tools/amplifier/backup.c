@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/backup.h"
 #include "amplifier/amplifier_image.h"
-#include "amplifier/register_words.h"
 #include "compile/compile.h"
 #include <inttypes.h>
 #include <string.h>
@@ -119,7 +118,7 @@ static bool settings_check(json_t *settings, const char *where, failure_t *failu
         if (which == REGISTER_COUNT) {
             continue;
         }
-        register_words_range(which, &low, &high);
+        device_register_range(which, &low, &high);
         if (json_integer_value(value) < low || json_integer_value(value) > high) {
             return fail(failure,
                         "%s: settings: %s is %" JSON_INTEGER_FORMAT ", and the register takes %" PRId64 " to %" PRId64,

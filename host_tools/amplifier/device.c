@@ -147,6 +147,10 @@ bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], fail
     return device_read_span(device, INDEX_sequence, INDEX_reference_limited, value, failure);
 }
 
+void device_register_range(int which, int64_t *low, int64_t *high) {
+    register_words_range(which, low, high);
+}
+
 /* A value that does not fit is refused here: the line carries none of it. */
 static line_outcome_t write_span(device_t *device, int first, int last, const int64_t *value, int tries,
                                  failure_t *failure) {

@@ -60,6 +60,9 @@ bool device_read_span(device_t *device, int first, int last, int64_t *value, fai
 /** One telemetry snapshot: the registers `sequence` to `reference_limited` of one sample. */
 bool device_read_telemetry(device_t *device, int64_t value[REGISTER_COUNT], failure_t *failure);
 
+/** What fits into the register, whatever the amplifier takes of it. */
+void device_register_range(int which, int64_t *low, int64_t *high);
+
 /** Refuses a value that does not fit into the register. */
 bool device_write(device_t *device, int which, int64_t value, failure_t *failure);
 

@@ -11,7 +11,6 @@
  * interrupt may, rarely, come between a command's execution and its answer; then the command took effect one sample
  * earlier than its mark says. The replay tries that for one command at a time before it calls the codes different.
  */
-#include "amplifier/register_words.h"
 #include "emulated_h405.h"
 #include "fake_board.h"
 #include "hyst/parameters.h"
@@ -115,7 +114,7 @@ static void steer(void) {
           &failure);
     for (unsigned i = 0; i < ACTIONS; i++) {
         int64_t low, high; /* of the register: whether its bits have a sign */
-        register_words_range((int)actions[i].index, &low, &high);
+        device_register_range((int)actions[i].index, &low, &high);
         h405_write(actions[i].index, low < 0 ? (int32_t)actions[i].value : (int64_t)actions[i].value);
         peripheral_log_read(&h405_log);
         mark[i] = h405_log.codes_at_answer;
