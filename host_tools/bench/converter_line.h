@@ -23,6 +23,7 @@ typedef struct {
     int asks, answers;                 /**< read from and written to; -1: closed */
     const char *name;                  /**< for messages */
     const volatile sig_atomic_t *stop; /**< ends every wait when it becomes nonzero */
+    double first_ask_s;                /**< the first ask comes within so long; 0: without limit */
     bool asked;                        /**< once */
     unsigned rate_hz;                  /**< of the bench's loop, as its first ask says it; 0: it does not */
 } converter_line_t;
@@ -40,8 +41,8 @@ converter_status_t converter_open(converter_line_t *line, const char *path, cons
                                   failure_t *failure);
 
 /**
- * Waits for an ask: without limit for the first, since a bench has to start, later ten seconds. *driven tells whether
- * it has a drive code; then *drive is valid.
+ * Waits for an ask: as long as the line says for the first, since a bench has to start, later ten seconds. *driven
+ * tells whether it has a drive code; then *drive is valid.
  */
 converter_status_t converter_wait(converter_line_t *line, bool *driven, uint16_t *drive, failure_t *failure);
 

@@ -311,6 +311,19 @@ static void test_a_loop_of_another_rate_is_refused(void) {
                              failure.text);
 }
 
+/* Firmware of another board runs, and asks nothing. */
+static void test_a_bench_that_never_asks_is_given_up(void) {
+    int asks[2];
+    bool driven;
+    uint16_t drive;
+    TEST_ASSERT_EQUAL_INT(0, pipe(asks));
+    converter_line_t line = {.asks = asks[0], .answers = -1, .name = "bench", .stop = &stop, .first_ask_s = 0.5};
+    TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_wait(&line, &driven, &drive, &failure));
+    TEST_ASSERT_EQUAL_STRING("bench: no ask in 0.5 s: is the image firmware of the board `bench`?", failure.text);
+    converter_close(&line);
+    (void)close(asks[1]);
+}
+
 static void test_a_partner_that_leaves_ends_the_run_cleanly(void) {
     const twin_options_t options = options_of();
     open_twin(&options);
@@ -447,6 +460,7 @@ int main(void) {
     RUN_TEST(test_the_load_comes_at_its_time);
     RUN_TEST(test_resonance_rings);
     RUN_TEST(test_a_loop_of_another_rate_is_refused);
+    RUN_TEST(test_a_bench_that_never_asks_is_given_up);
     RUN_TEST(test_a_partner_that_leaves_ends_the_run_cleanly);
     RUN_TEST(test_a_wish_to_stop_ends_the_run_cleanly);
     RUN_TEST(test_real_time_is_kept_from_below);
