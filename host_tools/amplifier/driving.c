@@ -8,8 +8,9 @@
 #include <stdio.h>
 
 /* As a good run ends: to park, and then off. The first failure remains the one that is reported, unless a restart of
- * the amplifier is the cause; what parks it comes before that is looked at. */
-static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, failure_t *failure) {
+ * the amplifier is the cause; what parks it comes before that is looked at. timeout_ms: the longest it may have now. */
+static void park(device_t *device, int64_t timeout_before_ms, int64_t timeout_ms, bool interrupted,
+                 failure_t *failure) {
     failure_t ignored;
     failure_t first = *failure;
     const int part = (int)(sizeof first.text - 200);
@@ -24,7 +25,7 @@ static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, 
         (void)fail(
             failure,
             "%.*s; the amplifier did not take the command to park: without requests it parks by itself after %g s",
-            part, first.text, (double)device_communication_timeout_ms(device) / 1000.0);
+            part, first.text, (double)timeout_ms / 1000.0);
     }
     device_clean_up_end(device);
 }
@@ -42,14 +43,15 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
         return false;
     }
     const int64_t after_ms = driving->silence_s > 0.0 ? (int64_t)lround(1000.0 * driving->silence_s) : before_ms;
-    bool good =
-        driving->play(device, driving->context, failure) && device_write(device, INDEX_watchdog, after_ms, failure);
+    const bool played = driving->play(device, driving->context, failure);
+    bool good = played && device_write(device, INDEX_watchdog, after_ms, failure);
     device_stop_when(device, NULL);
     if (*stop != 0) {
         good = fail(failure, "interrupted (%s)", stop_signal_name(*stop));
     }
     if (!good) {
-        park(device, before_ms, *stop != 0, failure);
+        const int64_t armed_ms = device_communication_timeout_ms(device);
+        park(device, before_ms, played && after_ms > armed_ms ? after_ms : armed_ms, *stop != 0, failure);
     }
     device_lock(device);
     return good;

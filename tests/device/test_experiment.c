@@ -12,6 +12,7 @@
 #include "simulated_device.h"
 #include "unity.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static device_t *device;
@@ -375,6 +376,27 @@ static void test_a_turn_that_fails_ends_the_run_at_any_request(void) {
     }
 }
 
+static bool cut_the_line(device_t *d, void *context, failure_t *f) {
+    (void)d, (void)context, (void)f;
+    simulated_device_fault(LINE_LOSES_REQUEST, 0, 100);
+    return true;
+}
+
+/* The line is cut when what plays is to be left to its own timeout: the amplifier may have that already. */
+static void test_a_line_that_is_cut_behind_a_start_names_the_longer_timeout(void) {
+    const driving_t play = {.play = cut_the_line, .silence_s = 30.0}, brief = {.play = cut_the_line, .silence_s = 0.2};
+    upload();
+    TEST_ASSERT_FALSE(driving_run(device, &play, &failure));
+    expect_line("did not take the command to park: without requests it parks by itself after 30 s");
+    simulated_device_fault(LINE_GOOD, 0, 0);
+    TEST_ASSERT_FALSE(driving_run(device, &brief, &failure));
+    char expected[100];
+    (void)snprintf(expected, sizeof expected, "it parks by itself after %g s",
+                   (double)device_communication_timeout_ms(device) / 1000.0);
+    expect_line(expected);
+    simulated_device_fault(LINE_GOOD, 0, 0);
+}
+
 /* Whatever the hold source held before: it counts as a position in one mode and as a drive in the other. */
 static void test_the_drive_stays_between_park_and_what_was_asked_for(void) {
     static const hyst_mode_t modes[] = {HYST_MODE_DIRECT, HYST_MODE_COMPENSATE};
@@ -490,6 +512,7 @@ int main(void) {
     RUN_TEST(test_a_parking_at_any_time_is_called_so);
     RUN_TEST(test_a_disarming_at_any_time_is_called_so);
     RUN_TEST(test_a_turn_that_fails_ends_the_run_at_any_request);
+    RUN_TEST(test_a_line_that_is_cut_behind_a_start_names_the_longer_timeout);
     RUN_TEST(test_the_drive_stays_between_park_and_what_was_asked_for);
     RUN_TEST(test_a_start_outside_the_references_limits_is_refused);
     RUN_TEST(test_a_run_goes_on_when_the_sample_number_wraps);
