@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /**
- * The amplifier at the other end of a serial line: Modbus RTU client.
+ * The amplifier at the other end of a serial line: Modbus RTU client. opening.h opens it, arming.h makes it ready to
+ * move, restart.h notices when it has started anew.
  *
  * Registers are named by their index in the table that the firmware is made from (register_table.h): the register
  * `mode` is INDEX_mode. A value is the register's integer: an unsigned count, an enumeration or a signed fraction
@@ -12,29 +13,17 @@
 #ifndef DEVICE_H
 #define DEVICE_H
 
+#include "amplifier/device_type.h"
 #include "amplifier/line_options.h"
 #include "registers/control.h"
 #include "registers/register_table.h"
 #include <signal.h>
 #include <stdint.h>
 
-typedef struct device device_t;
-
-/** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. Where
- * none does and the options say so, the line names the settings at which one does (line_search.h). */
-device_t *device_open(const device_options_t *options, failure_t *failure);
-/** The same, also with an amplifier whose register map has another version. Then only device_command with COMMAND_STOP,
- * COMMAND_PARK and COMMAND_DISARM is of use, which mean the same in every version. */
-device_t *device_open_any_map(const device_options_t *options, failure_t *failure);
 /** Whether it has the version that is known here. */
 bool device_map_known(const device_t *device);
-/** NULL is allowed. */
-void device_close(device_t *device);
-
-/** In a child process, after fork(): closes what it has inherited of the port. Nothing is sent; the line stays the
- * parent's, and its lock ends with the parent. */
-void device_leave_to_parent(const device_t *device);
-
+/** Fails where it has not, with the side to upgrade. */
+bool device_expect_known_map(const device_t *device, failure_t *failure);
 /** From now on, once *stop is the number of a signal, every request fails at once with "interrupted (SIGINT)"; a
  * request in progress is completed first. NULL ends this. */
 void device_stop_when(device_t *device, const volatile sig_atomic_t *stop);
@@ -57,17 +46,6 @@ void device_serial(const device_t *device, char text[DEVICE_SERIAL_TEXT]);
 void device_text(const device_t *device, char text[DEVICE_TEXT]);
 /** Samples per second of the loop. */
 double device_sample_rate_hz(const device_t *device);
-
-/** From now on a restart of the amplifier is one since now. device_open notes the first. */
-void device_note_start(device_t *device);
-
-/** Fails with "the amplifier restarted ..." if it has since then, and notes the new start: a restart is reported once.
- * Firmware that does not count its starts passes. */
-bool device_check_start(device_t *device, failure_t *failure);
-
-/** *failure, which is the reason of something that failed, becomes the restart that caused it, if there was one. A
- * request that is refused does this by itself. */
-void device_blame_restart(device_t *device, failure_t *failure);
 
 /** The present value; of a telemetry register that of a new snapshot. */
 bool device_read(device_t *device, int which, int64_t *value, failure_t *failure);
@@ -114,21 +92,16 @@ void device_forget_locks(device_t *device);
 /** A command, repeated when its answer is lost. Not for `start`, which would restart the source, nor for the save. */
 bool device_command(device_t *device, control_command_t command, failure_t *failure);
 
+/** Called when COMMAND_STOP, which is the only way out, has led the amplifier out of a fault, also as a part of
+ * device_arm: what had tripped, of the bits of faults_sticky. */
+typedef void device_left_fault_t(void *context, int64_t tripped);
+/** From now on; say NULL ends it. */
+void device_when_left_fault(device_t *device, device_left_fault_t *say, void *context);
+
 /** COMMAND_SAVE, each of which erases a sector of the flash and takes up to 1 s: not repeated if only its answer was
  * lost. Whether the flash took it is in register `store_state`. *refused: the amplifier did not take the command, as
  * where its output is not yet at rest. */
 bool device_save(device_t *device, bool *refused, failure_t *failure);
-
-/** Fails, with what to do, unless the amplifier is off; `what` it would store then. Waits for one that is on its way
- * there, as after a run. */
-bool device_expect_off(device_t *device, const char *what, failure_t *failure);
-
-/**
- * Makes the amplifier ready to move: out of a fault if there is one, unlocked, communication timeout long enough for
- * the repetitions of this device, armed, and waits until it holds. Refused when no image was pushed since it started,
- * and when somebody else disarms it meanwhile.
- */
-bool device_arm(device_t *device, failure_t *failure);
 
 /** Starts the source. After a lost answer it checks whether the armed capture has begun, and does not start again. */
 bool device_start(device_t *device, failure_t *failure);

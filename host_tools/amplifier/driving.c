@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/driving.h"
+#include "amplifier/restart.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "loop/telemetry.h"
@@ -7,8 +8,9 @@
 #include <stdio.h>
 
 /* As a good run ends: to park, and then off. The first failure remains the one that is reported, unless a restart of
- * the amplifier is the cause; what parks it comes before that is looked at. */
-static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, failure_t *failure) {
+ * the amplifier is the cause; what parks it comes before that is looked at. timeout_ms: the longest it may have now. */
+static void park(device_t *device, int64_t timeout_before_ms, int64_t timeout_ms, bool interrupted,
+                 failure_t *failure) {
     failure_t ignored;
     failure_t first = *failure;
     const int part = (int)(sizeof first.text - 200);
@@ -23,7 +25,7 @@ static void park(device_t *device, int64_t timeout_before_ms, bool interrupted, 
         (void)fail(
             failure,
             "%.*s; the amplifier did not take the command to park: without requests it parks by itself after %g s",
-            part, first.text, (double)device_communication_timeout_ms(device) / 1000.0);
+            part, first.text, (double)timeout_ms / 1000.0);
     }
     device_clean_up_end(device);
 }
@@ -41,36 +43,31 @@ bool driving_run(device_t *device, const driving_t *driving, failure_t *failure)
         return false;
     }
     const int64_t after_ms = driving->silence_s > 0.0 ? (int64_t)lround(1000.0 * driving->silence_s) : before_ms;
-    bool good =
-        driving->play(device, driving->context, failure) && device_write(device, INDEX_watchdog, after_ms, failure);
+    const bool played = driving->play(device, driving->context, failure);
+    bool good = played && device_write(device, INDEX_watchdog, after_ms, failure);
     device_stop_when(device, NULL);
     if (*stop != 0) {
         good = fail(failure, "interrupted (%s)", stop_signal_name(*stop));
     }
     if (!good) {
-        park(device, before_ms, *stop != 0, failure);
+        const int64_t armed_ms = device_communication_timeout_ms(device);
+        park(device, before_ms, played && after_ms > armed_ms ? after_ms : armed_ms, *stop != 0, failure);
     }
     device_lock(device);
     return good;
 }
 
-driving_fault_t driving_fault(device_t *device) {
-    int64_t now[REGISTER_COUNT];
-    driving_fault_t fault = {""};
-    failure_t ignored;
+driving_fault_t driving_fault(int64_t tripped) {
+    driving_fault_t fault;
     char faults[FAULTS_TEXT];
-    if (device_read_telemetry(device, now, &ignored) && now[INDEX_amplifier_state] == AMPLIFIER_FAULT) {
-        const int64_t cause = now[INDEX_trip_cause] > 0 ? INT64_C(1) << (now[INDEX_trip_cause] - 1) : 0;
-        (void)snprintf(fault.text, sizeof fault.text, "the amplifier had tripped (%s); this leads it out of that fault",
-                       faults_text(cause, faults));
-    }
+    (void)snprintf(fault.text, sizeof fault.text, "the amplifier had tripped (%s); this leads it out of that fault",
+                   faults_text(tripped, faults));
     return fault;
 }
 
-void driving_fault_recheck(device_t *device, driving_fault_t *fault) {
-    if (fault->text[0] != '\0' && driving_fault(device).text[0] != '\0') {
-        fault->text[0] = '\0';
-    }
+void driving_keep_fault(void *context, int64_t tripped) {
+    driving_fault_t *const fault = context;
+    *fault = driving_fault(tripped);
 }
 
 /* A command takes effect with the next sample; an emulated amplifier may take its time for that. */
@@ -92,11 +89,10 @@ static bool is_halted(control_command_t command, const int64_t now[REGISTER_COUN
     }
 }
 
-bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure) {
+/* Until it has taken effect. */
+static bool wait_for_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT],
+                          failure_t *failure) {
     const double patience_s = command == COMMAND_DISARM ? OFF_S : HALT_S;
-    if (!device_command(device, command, failure)) {
-        return false;
-    }
     for (const double until_s = monotonic_s() + patience_s; monotonic_s() < until_s;
          sleep_until(monotonic_s() + POLL_S)) {
         if (!device_read_telemetry(device, now, failure)) {
@@ -108,4 +104,9 @@ bool driving_halt(device_t *device, control_command_t command, int64_t now[REGIS
     }
     return fail(failure, "the amplifier has taken the command, but after %g s its loop is still %s, and it is %s",
                 patience_s, state_name(now[INDEX_state]), power_name(now[INDEX_amplifier_state]));
+}
+
+bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure) {
+    return device_command(device, command, failure) &&
+           (!device_map_known(device) || wait_for_halt(device, command, now, failure));
 }

@@ -35,15 +35,16 @@ typedef struct {
     char text[100 + FAULTS_TEXT];
 } driving_fault_t;
 
-/** Before what leads out of a fault: which it is. A line that fails fails in the next request. */
-driving_fault_t driving_fault(device_t *device);
+/** What had tripped, of the bits of faults_sticky. */
+driving_fault_t driving_fault(int64_t tripped);
 
-/** After something that failed: none, if the amplifier is still in it. */
-void driving_fault_recheck(device_t *device, driving_fault_t *fault);
+/** A device_left_fault_t whose context is a driving_fault_t: it receives the line. */
+void driving_keep_fault(void *context, int64_t tripped);
 
 /**
  * COMMAND_STOP, COMMAND_PARK or COMMAND_DISARM for an amplifier that was left driven. Waits until its loop no longer
- * plays, or is parked, or it is off. now: the snapshot that shows it.
+ * plays, or is parked, or it is off. now: the snapshot that shows it. One with an unknown map gets the command, and is
+ * not looked at: *now is not filled.
  */
 bool driving_halt(device_t *device, control_command_t command, int64_t now[REGISTER_COUNT], failure_t *failure);
 

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/experiment.h"
+#include "amplifier/arming.h"
 #include "amplifier/capture_reader.h"
 #include "amplifier/mode_names.h"
+#include "amplifier/parking.h"
+#include "amplifier/restart.h"
 #include "amplifier/sample_number.h"
 #include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
+#include "amplifier/standstill.h"
 #include "base/monotonic_clock.h"
 #include "base/progress.h"
 #include "chain/fit_ranges.h"
@@ -19,12 +23,13 @@
 
 /* Interval of polling the amplifier's progress. Each answer costs the emulated amplifier some samples. */
 #define POLL_S 0.05
-/* A loop without a sample for this long counts as stopped. */
-#define STANDSTILL_S 5.0
 
 /* Settled: in 0.1 s, or as long as it is to rest, the drive changes by no more than one code of a 16-bit converter. */
 #define SETTLED_S     0.1
 #define SETTLED_DRIVE ((int64_t)1 << 16)
+/* A reference on its way moves in every sample, however slow its slew. One that has rested for so long elsewhere does
+ * not get there. */
+#define STUCK_S 1.0
 
 #define CAPTURE_SCALE 65536 /* a captured value is the upper 16 bits of Q31 */
 
@@ -32,39 +37,40 @@
 typedef struct {
     device_t *device;
     int64_t now[REGISTER_COUNT]; /* the newest snapshot */
-    double progress_s;           /* when its sequence number last changed */
+    standstill_t standstill;
+    int64_t rests_since; /* the reference, by the loop's sample; also of one that conditions */
 } watch_t;
 
 static bool watch_begin(watch_t *watch, device_t *device, failure_t *failure) {
     watch->device = device;
-    watch->progress_s = monotonic_s();
-    return device_read_telemetry(device, watch->now, failure);
+    if (!device_read_telemetry(device, watch->now, failure)) {
+        return false;
+    }
+    watch->standstill = standstill_begin(watch->now[INDEX_sequence]);
+    watch->rests_since = watch->now[INDEX_sequence];
+    return true;
+}
+
+/* Always false. */
+static bool has_parked(watch_t *watch, failure_t *failure) {
+    (void)parking_fail(watch->now[INDEX_faults_sticky], failure);
+    device_blame_restart(watch->device, failure);
+    return false;
 }
 
 /* parks: parked is what it is to be. */
 static bool watch_on(watch_t *watch, bool parks, failure_t *failure) {
-    const int64_t before = watch->now[INDEX_sequence];
-    if (!device_read_telemetry(watch->device, watch->now, failure)) {
+    const int64_t before = watch->now[INDEX_sequence], reference = watch->now[INDEX_reference];
+    if (!device_read_telemetry(watch->device, watch->now, failure) ||
+        !standstill_check(&watch->standstill, watch->now[INDEX_sequence], failure)) {
         return false;
     }
-    if (watch->now[INDEX_sequence] != before) {
-        watch->progress_s = monotonic_s();
-        const int64_t power = watch->now[INDEX_amplifier_state];
-        if (watch->now[INDEX_state] == LOOP_PARKED &&
-            (!parks || power == AMPLIFIER_FAULT || power == AMPLIFIER_OFF || power == AMPLIFIER_STOP)) {
-            char faults[FAULTS_TEXT];
-            (void)fail(failure,
-                       "the amplifier has parked (faults: %s): somebody else, or its watchdog, stopped the run",
-                       faults_text(watch->now[INDEX_faults_sticky], faults));
-            device_blame_restart(watch->device, failure);
-            return false;
-        }
-    } else if (monotonic_s() - watch->progress_s > STANDSTILL_S) {
-        return fail(failure,
-                    "the amplifier's loop stands still at sample %" PRId64 ": do its converters, or its twin, run?",
-                    before);
+    if (watch->now[INDEX_reference] != reference || watch->now[INDEX_state] == LOOP_CONDITIONING) {
+        watch->rests_since = watch->now[INDEX_sequence];
     }
-    return true;
+    const bool parked =
+        watch->now[INDEX_state] == LOOP_PARKED && (!parks || parking_is_off(watch->now[INDEX_amplifier_state]));
+    return watch->now[INDEX_sequence] == before || !parked || has_parked(watch, failure);
 }
 
 static bool watch_next(watch_t *watch, failure_t *failure) {
@@ -85,30 +91,45 @@ typedef struct {
     char text[200];             /* what is played, for the recording */
 } run_t;
 
+static double level_of(const hyst_parameters_t *image, hyst_mode_t mode, int64_t reference) {
+    return mode == HYST_MODE_DIRECT ? drive_to_volts(image, (hyst_q31_t)reference)
+                                    : position_to_micrometres(image, (hyst_q31_t)reference);
+}
+
+/* Another master that parks the amplifier, or writes a setpoint, takes the way to the start away. */
+static bool check_way(const watch_t *watch, const hyst_parameters_t *image, hyst_mode_t mode, int64_t start,
+                      failure_t *failure) {
+    const int64_t reference = watch->now[INDEX_reference];
+    const double rested_s =
+        (double)samples_between(watch->rests_since, watch->now[INDEX_sequence]) / device_sample_rate_hz(watch->device);
+    return reference == start || rested_s < STUCK_S ||
+           fail(failure,
+                "the waveform begins at %.6g %s, and the amplifier's reference rests at %.6g: does somebody else move "
+                "or park it?",
+                level_of(image, mode, start), mode == HYST_MODE_DIRECT ? "V" : "um", level_of(image, mode, reference));
+}
+
 /* The hold source goes on from what it held last, perhaps at the other end of the range, perhaps in other units: that
  * way is made in park, where the drive does not follow it. */
-static bool lead_reference(device_t *device, int64_t start, failure_t *failure) {
+static bool lead_reference(device_t *device, const hyst_parameters_t *image, hyst_mode_t mode, int64_t start,
+                           failure_t *failure) {
     watch_t watch;
     bool ok = device_command(device, COMMAND_PARK, failure) && device_write(device, INDEX_setpoint, start, failure) &&
               watch_begin(&watch, device, failure);
     while (ok && !(watch.now[INDEX_state] == LOOP_PARKED && watch.now[INDEX_reference] == start)) {
         sleep_until(monotonic_s() + POLL_S);
-        ok = watch_on(&watch, true, failure);
+        ok = watch_on(&watch, true, failure) && check_way(&watch, image, mode, start, failure);
     }
     return ok;
 }
 
 /* In this order: a conditioning that begins forgets the setpoint, and in direct mode ends at park and goes there. */
-static bool enter_mode(device_t *device, const run_t *run, int64_t start, failure_t *failure) {
-    return device_arm(device, failure) && lead_reference(device, start, failure) &&
+static bool enter_mode(device_t *device, const hyst_parameters_t *image, const run_t *run, int64_t start,
+                       failure_t *failure) {
+    return device_arm(device, failure) && lead_reference(device, image, run->mode, start, failure) &&
            device_write(device, INDEX_mode, run->mode, failure) &&
            (!run->condition || (device_command(device, COMMAND_CONDITION, failure) &&
                                 device_write(device, INDEX_setpoint, start, failure)));
-}
-
-static double level_of(const hyst_parameters_t *image, hyst_mode_t mode, int64_t reference) {
-    return mode == HYST_MODE_DIRECT ? drive_to_volts(image, (hyst_q31_t)reference)
-                                    : position_to_micrometres(image, (hyst_q31_t)reference);
 }
 
 /* The reference would never be there. */
@@ -132,14 +153,14 @@ static bool go_to_start(device_t *device, const hyst_parameters_t *image, const 
     progress_begin(&progress, run->condition ? "conditioning" : "going to the start");
     const int64_t window = (int64_t)(fmax(SETTLED_S, run->rest_s) * device_sample_rate_hz(device));
     watch_t watch;
-    bool ok = check_start(device, image, run->mode, start, failure) && enter_mode(device, run, start, failure) &&
+    bool ok = check_start(device, image, run->mode, start, failure) && enter_mode(device, image, run, start, failure) &&
               watch_begin(&watch, device, failure);
     const int64_t first = ok ? watch.now[INDEX_sequence] : 0;
     int64_t since = first;
     int64_t drive = ok ? watch.now[INDEX_drive] : 0;
     while (ok && samples_between(since, watch.now[INDEX_sequence]) < window) {
         sleep_until(monotonic_s() + POLL_S);
-        ok = watch_next(&watch, failure);
+        ok = watch_next(&watch, failure) && check_way(&watch, image, run->mode, start, failure);
         const bool rests = watch.now[INDEX_state] == LOOP_IDLE && watch.now[INDEX_active_mode] == run->mode &&
                            watch.now[INDEX_reference] == start &&
                            llabs(watch.now[INDEX_drive] - drive) <= SETTLED_DRIVE;

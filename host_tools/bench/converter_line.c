@@ -79,6 +79,11 @@ static converter_status_t wait_for_ask(const converter_line_t *line, failure_t *
             (void)fail(failure, "%s: no drive code for %d s", line->name, PATIENCE_MS / 1000);
             return CONVERTER_FAILED;
         }
+        if (!line->asked && line->first_ask_s > 0.0 && waited_ms >= 1000.0 * line->first_ask_s) {
+            (void)fail(failure, "%s: no ask in %g s: is the image firmware of the board `bench`?", line->name,
+                       line->first_ask_s);
+            return CONVERTER_FAILED;
+        }
         const int ready = poll(&wait, 1, STOP_LOOK_MS);
         if (ready > 0) {
             return CONVERTER_DONE;
@@ -106,9 +111,12 @@ converter_status_t converter_wait(converter_line_t *line, bool *driven, uint16_t
         }
         count += more > 0 ? (size_t)more : 0;
     }
-    line->asked = true;
     *drive = (uint16_t)(ask[0] | ask[1] << 8);
     *driven = ask[2] != 0;
+    if (!line->asked && !*driven) {
+        line->rate_hz = *drive;
+    }
+    line->asked = true;
     return CONVERTER_DONE;
 }
 

@@ -13,8 +13,9 @@
 #include <signal.h>
 #include <stdint.h>
 
-/** An ask: the drive code, 2 bytes, and whether it is one, 2 bytes. An answer: the position code, 2 bytes, whether
- * there is one, 2 bytes, the supply of the stage in mV (0: not measured), 4 bytes. */
+/** An ask: the drive code, 2 bytes, and whether it is one, 2 bytes. The first ask has none, and in its place the rate
+ * of the bench's loop in Hz, 0 if it does not say. An answer: the position code, 2 bytes, whether there is one, 2
+ * bytes, the supply of the stage in mV (0: not measured), 4 bytes. */
 enum { CONVERTER_ASK_BYTES = 4, CONVERTER_ANSWER_BYTES = 8 };
 
 /** The open line. */
@@ -22,7 +23,9 @@ typedef struct {
     int asks, answers;                 /**< read from and written to; -1: closed */
     const char *name;                  /**< for messages */
     const volatile sig_atomic_t *stop; /**< ends every wait when it becomes nonzero */
+    double first_ask_s;                /**< the first ask comes within so long; 0: without limit */
     bool asked;                        /**< once */
+    unsigned rate_hz;                  /**< of the bench's loop, as its first ask says it; 0: it does not */
 } converter_line_t;
 
 typedef enum {
@@ -38,8 +41,8 @@ converter_status_t converter_open(converter_line_t *line, const char *path, cons
                                   failure_t *failure);
 
 /**
- * Waits for an ask: without limit for the first, since a bench has to start, later ten seconds. *driven tells whether
- * it has a drive code; then *drive is valid.
+ * Waits for an ask: as long as the line says for the first, since a bench has to start, later ten seconds. *driven
+ * tells whether it has a drive code; then *drive is valid.
  */
 converter_status_t converter_wait(converter_line_t *line, bool *driven, uint16_t *drive, failure_t *failure);
 

@@ -14,7 +14,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-/* Until the emulator has said where its pseudo-terminal is. */
+/* Until the emulator has said where its pseudo-terminal is; and from there to the first ask of the image. */
 #define START_S 30.0
 /* Between the end of its line and its own. */
 #define END_S  5.0
@@ -196,8 +196,8 @@ bool emulator_start(emulator_t *emulator, const char *program, const char *image
     close_file(&pipes.answers[READ_END]);
     close_file(&pipes.output[WRITE_END]);
     close_file(&pipes.trouble[WRITE_END]);
-    emulator->line =
-        (converter_line_t){.asks = pipes.asks[READ_END], .answers = pipes.answers[WRITE_END], .name = "bench"};
+    emulator->line = (converter_line_t){
+        .asks = pipes.asks[READ_END], .answers = pipes.answers[WRITE_END], .name = "bench", .first_ask_s = START_S};
     emulator->output = pipes.output[READ_END];
     ok = ok && runs(program, pipes.trouble[READ_END], failure);
     close_file(&pipes.trouble[READ_END]);

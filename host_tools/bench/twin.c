@@ -183,6 +183,15 @@ static bool is_due(double *start_s, double due_s) {
     return early_s <= 0.0;
 }
 
+/* A twin of another rate would be another actuator. An older bench does not say its rate. */
+static bool has_rate_of(const twin_t *twin, const converter_line_t *line, failure_t *failure) {
+    const double rate_hz = twin->options.sample_rate_hz;
+    return line->rate_hz == 0 || (double)line->rate_hz == rate_hz ||
+           fail(failure,
+                "the loop of the firmware has %u Hz, its twin %g Hz: --sample-rate %u gives the twin that rate",
+                line->rate_hz, rate_hz, line->rate_hz);
+}
+
 static converter_status_t serve(twin_t *twin, converter_line_t *line, void (*ready)(void *context), void *context,
                                 twin_run_t *run, double *begin_s, failure_t *failure) {
     double pace_start_s = 0.0;
@@ -192,6 +201,9 @@ static converter_status_t serve(twin_t *twin, converter_line_t *line, void (*rea
         converter_status_t status = converter_wait(line, &driven, &drive_code, failure);
         if (status != CONVERTER_DONE) {
             return status;
+        }
+        if (run->samples == 0 && !has_rate_of(twin, line, failure)) {
+            return CONVERTER_FAILED;
         }
         if (driven) {
             if (run->samples == 0) {

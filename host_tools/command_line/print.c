@@ -86,11 +86,13 @@ void experiment_print_events(const experiment_events_t *events) {
 #include "registers/registers.def"
 }
 
-void device_print_fault(device_t *device) {
-    const driving_fault_t fault = driving_fault(device);
-    if (fault.text[0] != '\0') {
-        (void)fprintf(stderr, "note: %s\n", fault.text);
-    }
+static void print_left_fault(void *nothing, int64_t tripped) {
+    (void)nothing;
+    (void)fprintf(stderr, "note: %s\n", driving_fault(tripped).text);
+}
+
+void device_print_left_fault(device_t *device) {
+    device_when_left_fault(device, print_left_fault, NULL);
 }
 
 void device_print_driven(device_t *device) {

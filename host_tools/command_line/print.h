@@ -37,9 +37,8 @@ bool reader_has_left(void);
 /** "note: ..." lines on stderr about events that a user should know of. */
 void experiment_print_events(const experiment_events_t *events);
 
-/** Before something that leads the amplifier out of a fault: one "note: ..." line on stderr of which it is, if any. A
- * line that fails fails in the next request. */
-void device_print_fault(device_t *device);
+/** From now on what leads the amplifier out of a fault has one "note: ..." line on stderr of which it is. */
+void device_print_left_fault(device_t *device);
 
 /** Before an image is put into the amplifier: one "note: ..." line on stderr if that happens while it is driven. */
 void device_print_driven(device_t *device);

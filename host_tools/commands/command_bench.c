@@ -80,7 +80,9 @@ static bool bench(const char *program, const char *image, const char *model, con
     failure_t ignored;
     ok = ok && (*stop != 0 || emulator_has_ended(&emulator, failure));
     (void)emulator_stop(&emulator, &ignored);
-    twin_print_run(&run, settings);
+    if (ok || run.samples > 0) {
+        twin_print_run(&run, settings);
+    }
     return ok;
 }
 

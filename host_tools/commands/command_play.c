@@ -175,7 +175,7 @@ static bool play(device_t *device, const settings_t *s, failure_t *failure) {
                         : !waveform_make(&s->waveform, range, unit, &experiment.waveform, failure)) {
         return false;
     }
-    device_print_fault(device);
+    device_print_left_fault(device);
     if (!drive(device, s, &image, &experiment, failure)) {
         return false;
     }

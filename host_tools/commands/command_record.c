@@ -58,7 +58,7 @@ static int record(device_t *device, void *context) {
     if (!reserved_output_open(&settings->file, settings->output, rows, &failure)) {
         return failure_print(&failure);
     }
-    device_print_fault(device);
+    device_print_left_fault(device);
     const bool good = record_run(device, &settings->record, &listener, &recording, &usage, &failure);
     reserved_output_close(&settings->file);
     if (!good) {

@@ -32,8 +32,10 @@ typedef struct {
 static void *run_twin(void *context) {
     bench_t *const bench = context;
     twin_run_t run;
-    failure_t ignored; /* the page says that the line is cut */
-    (void)twin_run(bench->twin, &bench->emulator.line, NULL, NULL, &run, &ignored);
+    failure_t failure;
+    if (!twin_run(bench->twin, &bench->emulator.line, NULL, NULL, &run, &failure)) {
+        (void)fprintf(stderr, "hyst serve: %s\n", failure.text); /* the page says that the line is cut */
+    }
     return NULL;
 }
 

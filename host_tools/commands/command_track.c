@@ -136,7 +136,7 @@ static int track(device_t *device, void *context) {
     if (!open_files(settings, device, &options, path, &failure)) {
         return failure_print(&failure);
     }
-    device_print_fault(device);
+    device_print_left_fault(device);
     const bool ran = track_run(device, &options, &waveform, tracks, &usage, &failure);
     close_files(settings);
     if (!ran) {

@@ -46,7 +46,8 @@ static control_command_t wanted(const settings_t *s) {
 
 /* Nothing else of such a map is known here: it gets the command, and is not looked at. */
 static bool halt_unknown(device_t *device, const settings_t *s, failure_t *failure) {
-    if (!device_command(device, wanted(s), failure)) {
+    int64_t nothing[REGISTER_COUNT];
+    if (!driving_halt(device, wanted(s), nothing, failure)) {
         return false;
     }
     if (s->json) {
@@ -69,9 +70,7 @@ static bool halt(device_t *device, const settings_t *s, failure_t *failure) {
     if (!device_map_known(device)) {
         return halt_unknown(device, s, failure);
     }
-    if (command->halt == COMMAND_STOP) {
-        device_print_fault(device);
-    }
+    device_print_left_fault(device);
     if (!driving_halt(device, wanted(s), now, failure) ||
         (holds(now) && !device_read(device, INDEX_watchdog, &watchdog_ms, failure))) {
         return false;

@@ -181,7 +181,8 @@ HYST_HOST void hyst_host_diagnosis_free(hyst_host_diagnosis_t *diagnosis);
 
 /**
  * Opens the amplifier at a serial port, and keeps others off it. options: "port", which is required, "baud",
- * "parity", "slave", "timeout_s", as the options of the commands.
+ * "parity", "slave", "timeout_s", as the options of the commands. An amplifier whose register map has another version
+ * is opened, too, but only stop, park and off work with it; all else fails with the side to upgrade.
  */
 HYST_HOST hyst_host_device_t *hyst_host_device_open(const char *options);
 /** Closes the port. What the amplifier does then it goes on doing: park it before. */
@@ -217,7 +218,8 @@ HYST_HOST char *hyst_host_device_left_fault(hyst_host_device_t *device);
 HYST_HOST char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length);
 /** `hyst pull`: the image in force, *length bytes; NULL on failure. */
 HYST_HOST unsigned char *hyst_host_device_pull(hyst_host_device_t *device, size_t *length);
-/** `hyst stop` and `hyst park`. Answers {"mode":, "state":}. */
+/** `hyst stop` and `hyst park`. Answers {"mode":, "state":}; both null where the register map has another version, as
+ * what becomes of it is not read then. */
 HYST_HOST char *hyst_host_device_stop(hyst_host_device_t *device);
 HYST_HOST char *hyst_host_device_park(hyst_host_device_t *device);
 /** The same, and off there, or in a fault, where the stage is disabled: as `hyst park --off`. Waits for it. */

@@ -4,6 +4,7 @@
 #include "amplifier/driving.h"
 #include "amplifier/mode_names.h"
 #include "amplifier/model_guard.h"
+#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "compile/compile.h"
@@ -49,13 +50,14 @@ hyst_host_device_t *hyst_host_device_open(const char *options) {
     provenance_note_t *note = provenance_note();
     provenance_note_t *before = provenance_enter(note);
     device_t *device =
-        device_options_check(&line, interface_failure()) ? device_open(&line, interface_failure()) : NULL;
+        device_options_check(&line, interface_failure()) ? device_open_any_map(&line, interface_failure()) : NULL;
     (void)provenance_enter(before);
     json_decref(json);
     if (device != NULL) {
         handle = allocate(1, sizeof *handle);
         handle->device = device;
         handle->note = note;
+        device_when_left_fault(device, driving_keep_fault, &handle->left);
     } else {
         provenance_note_free(note);
     }
@@ -102,17 +104,15 @@ char *hyst_host_device_left_fault(hyst_host_device_t *device) {
     return line;
 }
 
-/* Around a run. */
 static void begin_run(hyst_host_device_t *device) {
     interface_listen(&device->stop);
     drop_kept(device);
-    device->left = driving_fault(device->device);
+    device->left.text[0] = '\0';
 }
 
-static void end_run(hyst_host_device_t *device, bool good) {
-    if (!good) {
-        driving_fault_recheck(device->device, &device->left);
-    }
+/* Of an amplifier with another map there is no more than its stop. */
+static bool known_map(const hyst_host_device_t *device) {
+    return device_expect_known_map(device->device, interface_failure());
 }
 
 /* Counts of a waveform, as JSON has them. */
@@ -163,9 +163,9 @@ hyst_host_recording_t *hyst_host_device_record(hyst_host_device_t *device, const
     settings.no_condition = condition == 0;
     begin_run(device);
     device->known = false; /* ranges that are given become an image */
-    const bool good = record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
+    const bool good =
+        known_map(device) && record_run(device->device, &settings, &listener, &recording, &usage, interface_failure());
     json_decref(json);
-    end_run(device, good);
     if (good) {
         recording_free(&recording);
     }
@@ -213,11 +213,11 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
     settings.frames = frames > 0 ? (unsigned long)frames : 0;
     settings.no_condition = condition == 0;
     begin_run(device);
-    const bool good = (frames >= 0 || fail(interface_failure(), "--frames %lld: 0 or more", (long long)frames)) &&
+    const bool good = known_map(device) &&
+                      (frames >= 0 || fail(interface_failure(), "--frames %lld: 0 or more", (long long)frames)) &&
                       take_modes(mode, &settings) &&
                       track_run(device->device, &settings, &waveform, track, &usage, interface_failure());
     json_decref(json);
-    end_run(device, good);
     if (!good) {
         return NULL;
     }
@@ -232,7 +232,7 @@ char *hyst_host_device_track(hyst_host_device_t *device, const char *options, hy
 char *hyst_host_device_push(hyst_host_device_t *device, const unsigned char *image, size_t length) {
     hyst_parameters_t parameters;
     device->known = false;
-    if (!image_from_bytes(&parameters, image, length, "image", interface_failure()) ||
+    if (!known_map(device) || !image_from_bytes(&parameters, image, length, "image", interface_failure()) ||
         !amplifier_image_write(device->device, &parameters, interface_failure())) {
         return NULL;
     }
@@ -247,14 +247,15 @@ static json_t *state_of(const int64_t *now) {
 
 static char *halt(hyst_host_device_t *device, control_command_t command) {
     int64_t now[REGISTER_COUNT];
-    return driving_halt(device->device, command, now, interface_failure()) ? interface_text(state_of(now)) : NULL;
+    if (!driving_halt(device->device, command, now, interface_failure())) {
+        return NULL;
+    }
+    return interface_text(device_map_known(device->device) ? state_of(now) : json_pack("{s:n, s:n}", "mode", "state"));
 }
 
 char *hyst_host_device_stop(hyst_host_device_t *device) {
-    device->left = driving_fault(device->device);
-    char *const answer = halt(device, COMMAND_STOP);
-    end_run(device, answer != NULL);
-    return answer;
+    device->left.text[0] = '\0';
+    return halt(device, COMMAND_STOP);
 }
 
 char *hyst_host_device_park(hyst_host_device_t *device) {
@@ -268,7 +269,7 @@ char *hyst_host_device_off(hyst_host_device_t *device) {
 char *hyst_host_device_now(hyst_host_device_t *device) {
     int64_t now[REGISTER_COUNT], model_id;
     const hyst_parameters_t *image = &device->image;
-    if (!device_read_telemetry(device->device, now, interface_failure()) ||
+    if (!known_map(device) || !device_read_telemetry(device->device, now, interface_failure()) ||
         !device_read(device->device, INDEX_active_model_id, &model_id, interface_failure())) {
         return NULL;
     }
@@ -333,7 +334,7 @@ char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hy
                                      &settings.times, "time_s", &settings.time_s, "before_s", &settings.before_s,
                                      "after_s", &settings.after_s, "for_s", &for_s);
     json_decref(json);
-    if (json == NULL || !guard_settings_check(&settings, interface_failure()) ||
+    if (json == NULL || !known_map(device) || !guard_settings_check(&settings, interface_failure()) ||
         (for_s < 0.0 && !fail(interface_failure(), "--for %g: must not be negative", for_s)) ||
         !amplifier_image_read(device->device, &device->image, interface_failure())) {
         return NULL;
@@ -359,13 +360,15 @@ char *hyst_host_device_watch(hyst_host_device_t *device, const char *options, hy
 
 char *hyst_host_device_info(hyst_host_device_t *device) {
     info_t info;
-    return info_read(device->device, &info, interface_failure()) ? interface_text(info_to_json(&info)) : NULL;
+    return known_map(device) && info_read(device->device, &info, interface_failure())
+               ? interface_text(info_to_json(&info))
+               : NULL;
 }
 
 unsigned char *hyst_host_device_pull(hyst_host_device_t *device, size_t *length) {
     hyst_parameters_t parameters;
     unsigned char bytes[IMAGE_MOST_BYTES], *image = NULL;
-    if (amplifier_image_read(device->device, &parameters, interface_failure()) &&
+    if (known_map(device) && amplifier_image_read(device->device, &parameters, interface_failure()) &&
         image_to_bytes(&parameters, bytes, length, "image", interface_failure())) {
         image = allocate(*length, 1);
         memcpy(image, bytes, *length);

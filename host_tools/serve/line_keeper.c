@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "serve/line_keeper.h"
 #include "amplifier/amplifier_image.h"
+#include "amplifier/opening.h"
+#include "amplifier/restart.h"
 #include "amplifier/sample_number.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"

@@ -142,11 +142,9 @@ static bool run(line_keeper_t *keeper, device_t *device, run_request_t *request,
     for (size_t i = 0; good && i < files; i++) {
         good = reserved_output_open(&request->file[i], request->path[i], rows, failure);
     }
-    request->left = driving_fault(device);
+    device_when_left_fault(device, driving_keep_fault, &request->left);
     good = good && (one ? record(keeper, device, request, failure) : track(device, request, failure));
-    if (!good) {
-        driving_fault_recheck(device, &request->left);
-    }
+    device_when_left_fault(device, NULL, NULL);
     for (size_t i = 0; i < files; i++) {
         reserved_output_close(&request->file[i]);
     }

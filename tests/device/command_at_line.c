@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_at_line.h"
 #include "amplifier/amplifier_image.h"
+#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
+#include "loop/telemetry.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <fcntl.h>
@@ -43,6 +45,14 @@ int64_t value_of(int which) {
     int64_t value = 0;
     must(device_read(device, which, &value, &failure));
     return value;
+}
+
+void expect_goes_off(void) {
+    const double until_s = monotonic_s() + PATIENCE_S;
+    while (value_of(INDEX_amplifier_state) == AMPLIFIER_STOP && monotonic_s() < until_s) {
+        sleep_until(monotonic_s() + 0.01);
+    }
+    TEST_ASSERT_EQUAL_INT64(AMPLIFIER_OFF, value_of(INDEX_amplifier_state));
 }
 
 void push(uint32_t model_id) {

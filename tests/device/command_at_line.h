@@ -28,6 +28,8 @@ void must(bool done);
 void take_line(void);
 void leave_line(void);
 int64_t value_of(int which);
+/** It is off, or becomes so. */
+void expect_goes_off(void);
 /** The same image with this number. */
 void push(uint32_t model_id);
 

@@ -42,6 +42,7 @@ typedef struct {
     volatile int position_offset;     /**< of the sensor, in codes: 0, or it has moved */
     volatile unsigned park_after;     /**< requests until somebody parks the amplifier; 0: nobody does */
     volatile unsigned disarm_after;   /**< requests until somebody disarms it; 0: nobody does */
+    volatile bool arms_anew;          /**< somebody disarms it and arms it again, at each request */
     volatile unsigned lost_disarms;   /**< so many commands `disarm` are lost, as by LINE_LOSES_REQUEST */
     volatile unsigned restart_after;  /**< requests until it restarts by itself, without an image; 0: it does not */
     volatile bool supply_goes;        /**< and then because the supply was gone: it counts its starts from 1 again */
@@ -61,6 +62,9 @@ line_control_t *simulated_device_line(void);
 
 /** The next `times` requests, after `after` good ones, meet the fault. */
 void simulated_device_fault(line_fault_t fault, unsigned after, unsigned times);
+
+/** It gets no processor, as on a busy machine, until it is to go on. */
+void simulated_device_pause(bool pause);
 
 /** Ends its process, if it runs. */
 void simulated_device_stop(void);

@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Upload and experiments against the application itself, whose actuator follows the drive one to one. */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/arming.h"
 #include "amplifier/capture_reader.h"
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
+#include "amplifier/opening.h"
+#include "amplifier/restart.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static device_t *device;
@@ -290,6 +294,54 @@ static void test_an_amplifier_that_somebody_parks_ends_the_run(void) {
     expect_line("the amplifier has parked (faults: none)");
 }
 
+/* At each request of a run: what the amplifier refuses then, it refuses because it has parked. A parking between the
+ * setpoint and the mode takes the way to the start away. Nothing is the matter before it is armed, where it is parked
+ * already, and after the last sample. */
+static void test_a_parking_at_any_time_is_called_so(void) {
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    experiment.condition = false;
+    unsigned parked = 0;
+    for (unsigned after = 10; after <= 45; after++) {
+        upload();
+        simulated_device_line()->park_after = after;
+        const bool good = experiment_run(device, &parameters, &experiment, &r, &events, &failure);
+        if (!good) {
+            TEST_ASSERT_TRUE_MESSAGE(strstr(failure.text, "the amplifier has parked (faults: none)") != NULL ||
+                                         strstr(failure.text, "the waveform begins at 45 V, and the amplifier's "
+                                                              "reference rests at 50: does somebody else move or "
+                                                              "park it?") != NULL,
+                                     failure.text);
+            parked++;
+        }
+        recording_free(&r);
+        simulated_device_line()->park_after = 0;
+        TEST_ASSERT_TRUE_MESSAGE(device_command(device, COMMAND_DISARM, &failure), failure.text);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(10, parked);
+}
+
+/* The same where it is switched off: nothing can be set in motion then, in no mode. */
+static void test_a_disarming_at_any_time_is_called_so(void) {
+    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
+    experiment.condition = false;
+    unsigned parked = 0;
+    for (unsigned after = 10; after <= 45; after++) {
+        upload();
+        simulated_device_line()->disarm_after = after;
+        const bool good = experiment_run(device, &parameters, &experiment, &r, &events, &failure);
+        if (!good) {
+            TEST_ASSERT_TRUE_MESSAGE(strstr(failure.text, "the amplifier has parked (faults: none)") != NULL ||
+                                         strstr(failure.text, "somebody else has switched the amplifier off") != NULL,
+                                     failure.text);
+            parked++;
+        }
+        recording_free(&r);
+        simulated_device_line()->disarm_after = 0;
+        TEST_ASSERT_TRUE_MESSAGE(device_command(device, COMMAND_DISARM, &failure), failure.text);
+    }
+    TEST_ASSERT_GREATER_THAN_UINT(10, parked);
+}
+
 static int code_of(double volts) {
     return (int)lround((volts - 10.0) / 80.0 * 65536.0);
 }
@@ -322,6 +374,27 @@ static void test_a_turn_that_fails_ends_the_run_at_any_request(void) {
         int64_t now[REGISTER_COUNT];
         TEST_ASSERT_TRUE(driving_halt(device, COMMAND_DISARM, now, &failure));
     }
+}
+
+static bool cut_the_line(device_t *d, void *context, failure_t *f) {
+    (void)d, (void)context, (void)f;
+    simulated_device_fault(LINE_LOSES_REQUEST, 0, 100);
+    return true;
+}
+
+/* The line is cut when what plays is to be left to its own timeout: the amplifier may have that already. */
+static void test_a_line_that_is_cut_behind_a_start_names_the_longer_timeout(void) {
+    const driving_t play = {.play = cut_the_line, .silence_s = 30.0}, brief = {.play = cut_the_line, .silence_s = 0.2};
+    upload();
+    TEST_ASSERT_FALSE(driving_run(device, &play, &failure));
+    expect_line("did not take the command to park: without requests it parks by itself after 30 s");
+    simulated_device_fault(LINE_GOOD, 0, 0);
+    TEST_ASSERT_FALSE(driving_run(device, &brief, &failure));
+    char expected[100];
+    (void)snprintf(expected, sizeof expected, "it parks by itself after %g s",
+                   (double)device_communication_timeout_ms(device) / 1000.0);
+    expect_line(expected);
+    simulated_device_fault(LINE_GOOD, 0, 0);
 }
 
 /* Whatever the hold source held before: it counts as a position in one mode and as a drive in the other. */
@@ -436,7 +509,10 @@ int main(void) {
     RUN_TEST(test_events_are_counted);
     RUN_TEST(test_a_loop_that_stands_still_is_noticed);
     RUN_TEST(test_an_amplifier_that_somebody_parks_ends_the_run);
+    RUN_TEST(test_a_parking_at_any_time_is_called_so);
+    RUN_TEST(test_a_disarming_at_any_time_is_called_so);
     RUN_TEST(test_a_turn_that_fails_ends_the_run_at_any_request);
+    RUN_TEST(test_a_line_that_is_cut_behind_a_start_names_the_longer_timeout);
     RUN_TEST(test_the_drive_stays_between_park_and_what_was_asked_for);
     RUN_TEST(test_a_start_outside_the_references_limits_is_refused);
     RUN_TEST(test_a_run_goes_on_when_the_sample_number_wraps);

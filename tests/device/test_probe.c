@@ -5,6 +5,7 @@
  */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/experiment.h"
+#include "amplifier/opening.h"
 #include "compile/compile.h"
 #include "diagnosis/diagnose.h"
 #include "simulated_device.h"

@@ -5,6 +5,7 @@
  */
 #include "amplifier/amplifier_image.h"
 #include "amplifier/model_guard.h"
+#include "amplifier/opening.h"
 #include "amplifier/stream_reader.h"
 #include "fake_board.h"
 #include "hyst/compensator.h"

@@ -171,6 +171,7 @@ typedef struct {
     int asks;
     size_t part;
     int delay_ms;
+    unsigned rate_hz; /* of its loop, in the first ask */
 } bench_t;
 
 #define HEARD "twin-answers.bin"
@@ -188,7 +189,8 @@ static bool written(int file, const uint8_t *bytes, size_t size, size_t part) {
 }
 
 static void ask_as_a_bench(bench_t bench, int asks, int answers) {
-    uint8_t ask[CONVERTER_ASK_BYTES] = {0}, answer[CONVERTER_ANSWER_BYTES];
+    uint8_t ask[CONVERTER_ASK_BYTES] = {(uint8_t)bench.rate_hz, (uint8_t)(bench.rate_hz >> 8)};
+    uint8_t answer[CONVERTER_ANSWER_BYTES];
     FILE *heard = fopen(HEARD, "wb");
     for (int i = 0; i < bench.asks; i++) {
         sleep_until(monotonic_s() + bench.delay_ms / 1000.0);
@@ -280,6 +282,46 @@ static void test_an_answer_of_nothing_makes_no_sample(void) {
     }
     TEST_ASSERT_EQUAL_UINT(33, samples); /* 34 positions; the last one is not answered any more */
     end_bench(&line, partner);
+}
+
+/* What the firmware says of its loop. One of an earlier release says nothing. */
+static void test_a_loop_of_another_rate_is_refused(void) {
+    static const struct {
+        double twin_hz;
+        unsigned said_hz;
+        bool taken;
+    } cases[] = {{10000.0, 10000, true},  {25000.0, 25000, true},  {50000.0, 50000, true}, {12345.0, 0, true},
+                 {10000.0, 25000, false}, {25000.0, 10000, false}, {10000.4, 10000, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        twin_options_t options = options_of();
+        options.sample_rate_hz = cases[i].twin_hz;
+        open_twin(&options);
+        converter_line_t line;
+        const pid_t partner = start_bench(&line, (bench_t){.asks = 11, .part = 4, .rate_hz = cases[i].said_hz});
+        twin_run_t run;
+        failure.text[0] = '\0';
+        TEST_ASSERT_EQUAL_MESSAGE(cases[i].taken, twin_run(twin, &line, NULL, NULL, &run, &failure), failure.text);
+        TEST_ASSERT_EQUAL_UINT(cases[i].taken ? 10 : 0, run.samples);
+        end_bench(&line, partner);
+        twin_close(twin);
+        twin = NULL;
+    }
+    TEST_ASSERT_EQUAL_STRING("the loop of the firmware has 10000 Hz, its twin 10000.4 Hz: --sample-rate 10000 gives "
+                             "the twin that rate",
+                             failure.text);
+}
+
+/* Firmware of another board runs, and asks nothing. */
+static void test_a_bench_that_never_asks_is_given_up(void) {
+    int asks[2];
+    bool driven;
+    uint16_t drive;
+    TEST_ASSERT_EQUAL_INT(0, pipe(asks));
+    converter_line_t line = {.asks = asks[0], .answers = -1, .name = "bench", .stop = &stop, .first_ask_s = 0.5};
+    TEST_ASSERT_EQUAL_INT(CONVERTER_FAILED, converter_wait(&line, &driven, &drive, &failure));
+    TEST_ASSERT_EQUAL_STRING("bench: no ask in 0.5 s: is the image firmware of the board `bench`?", failure.text);
+    converter_close(&line);
+    (void)close(asks[1]);
 }
 
 static void test_a_partner_that_leaves_ends_the_run_cleanly(void) {
@@ -417,6 +459,8 @@ int main(void) {
     RUN_TEST(test_no_supply_is_not_sent);
     RUN_TEST(test_the_load_comes_at_its_time);
     RUN_TEST(test_resonance_rings);
+    RUN_TEST(test_a_loop_of_another_rate_is_refused);
+    RUN_TEST(test_a_bench_that_never_asks_is_given_up);
     RUN_TEST(test_a_partner_that_leaves_ends_the_run_cleanly);
     RUN_TEST(test_a_wish_to_stop_ends_the_run_cleanly);
     RUN_TEST(test_real_time_is_kept_from_below);

@@ -271,6 +271,39 @@ class AtTheAmplifier(unittest.TestCase):
             with self.assertRaisesRegex(hyst.Error, "cannot be played"):
                 amplifier.record("sine", frequency=6000)
 
+    def of_the_future(self):
+        """The amplifier, with a register map of a version that is unknown here."""
+        self.device.stdin.write("map\n")
+        self.device.stdin.flush()
+        self.assertEqual(self.device.stdout.readline(), "map\n")
+        return self.amplifier()
+
+    def test_what_makes_safe_takes_any_register_map(self):
+        unknown = {"mode": None, "state": None}
+        for halt, left in (hyst.Amplifier.stop, "idle"), (hyst.Amplifier.park, "parked"):
+            self.play()
+            amplifier = self.of_the_future()
+            self.assertEqual(halt(amplifier), unknown)
+            amplifier.close()
+            self.assertEqual(json.loads(self.command("info", "--json"))["now"]["state"], left)
+        self.play()
+        with self.of_the_future():
+            pass
+        self.command("park", "--off")
+        self.assertEqual(json.loads(self.command("info", "--json"))["now"]["amplifier_state"], "off")
+
+    def test_all_else_wants_a_register_map_that_is_known(self):
+        calls = (hyst.Amplifier.now, hyst.Amplifier.info, hyst.Amplifier.pull, lambda amplifier: amplifier.push(image),
+                 lambda amplifier: amplifier.record("sine", frequency=50, **RANGES),
+                 lambda amplifier: amplifier.track("sine", frequency=50), lambda amplifier: amplifier.watch(seconds=1))
+        self.play()
+        with self.amplifier() as amplifier:
+            image = amplifier.pull()
+        with self.of_the_future() as amplifier:
+            for call in calls:
+                with self.assertRaisesRegex(hyst.Error, r"register map version 5 is unknown here \(known: 4\): upgrade hyst$"):
+                    call(amplifier)
+
     def test_what_cannot_be_played_is_refused_before_it_moves(self):
         with self.amplifier() as amplifier:
             amplifier.record("sine", frequency=50, cycles=1, condition=False, **RANGES)

@@ -2,7 +2,8 @@
 /*
  * amplifier [SAMPLES]: the simulated amplifier of tests/device for a test that is no C program. Prints its port. A
  * number on its standard input is where the position sensor stands from then on, in codes beside the truth; "disarms
- * N": it answers none of the next N requests to disarm. It ends when that does. SAMPLES are those of its loop in a
+ * N": it answers none of the next N requests to disarm; "map": whoever opens the line next finds a register map of the
+ * future, and it says "map". It ends when that does. SAMPLES are those of its loop in a
  * millisecond: 10 are a loop at 10 kHz.
  */
 #include "simulated_device.h"
@@ -19,6 +20,10 @@ int main(int argc, char **argv) {
     while (fgets(text, sizeof text, stdin) != NULL) {
         if (strncmp(text, "disarms ", 8) == 0) {
             simulated_device_line()->lost_disarms = (unsigned)strtoul(text + 8, NULL, 10);
+        } else if (strcmp(text, "map\n") == 0) {
+            simulated_device_fault(LINE_LIES, 1, 2); /* magic is good, abi is one more, in two readings */
+            printf("map\n");
+            (void)fflush(stdout);
         } else {
             simulated_device_line()->position_offset = (int)strtol(text, NULL, 10);
         }

@@ -9,6 +9,7 @@ import http.client
 import json
 import os
 import re
+import resource
 import shutil
 import signal
 import socket
@@ -33,9 +34,10 @@ def check(good, what):
 
 
 class Server:
-    def __init__(self, hyst, port, folder, stderr=None):
+    def __init__(self, hyst, port, folder, stderr=None, begin=None, **environment):
         self.process = subprocess.Popen([hyst, "serve", "--port", port, "--timeout", TIMEOUT_S, "--folder", folder,
-                                         "--json"], stdout=subprocess.PIPE, stderr=stderr, text=True)
+                                         "--json"], stdout=subprocess.PIPE, stderr=stderr, text=True, preexec_fn=begin,
+                                        env={**os.environ, **environment})
         said = json.loads(self.process.stdout.readline())
         check(said["format"] == "hyst-serve-1", said)
         found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/", said["page"])
@@ -519,6 +521,59 @@ async def a_fault_before(server):
         check(ended["good"] and (ended["note"] or "").startswith(note or "") and (note or ended["note"] is None), ended)
 
 
+def small_files():
+    """In the server before it begins: no file becomes longer than a recording would."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10000, resource.RLIM_INFINITY))
+
+
+async def no_room(server, folder):
+    """Said before anything moves, and nothing of a file is left."""
+    page = await server.connect()
+    await page.until("line", lambda line: line["connected"])
+    runs = ("record", {"name": "room"}), ("record", {"name": "room", "probe": "creep"}), ("track", {"mode": "both"})
+    for what, members in runs:
+        await page.do(what, **{"waveform": "sine", "frequency": 5, "cycles": 1, "condition": False, **members})
+        ended = await page.run_ended()
+        check(not ended["good"] and ": no room for a recording of up to " in ended["why"], ended)
+        check("parked" not in ended["why"], ended)
+    await page.connection.close()
+    left = [name for name in os.listdir(folder) if name.endswith(".part") or name.startswith("room")]
+    check(not left, left)
+
+
+async def gone_at_the_end(server, folder, spare):
+    """The folder, as a disk that is pulled: what was measured is elsewhere, and the page says where."""
+    page = await server.connect()
+    await page.until("line", lambda line: line["connected"])
+    before = set(os.listdir(folder))
+    await page.do("record", name="gone", waveform="sine", frequency=1, cycles=20, condition=False)
+    while set(os.listdir(folder)) == before:  # its room is taken first
+        await asyncio.sleep(0.01)
+    os.rename(folder, folder + "-away")
+    try:
+        ended = await page.run_ended()
+    finally:
+        os.rename(folder + "-away", folder)
+    await page.connection.close()
+    found = re.search(r"; what was recorded is in (\S+/gone\.csv);", ended["why"] or "")
+    check(not ended["good"] and found and "the drive is stopped and parked" in ended["why"], ended)
+    check(found[1].startswith(spare + "/") and os.path.getsize(found[1]) > 10000, found[1])
+
+
+def disks(hyst, port, folder, scratch):
+    spare = os.path.join(scratch, "spare")
+    os.makedirs(spare)
+    for begin, look in ((small_files, lambda server: no_room(server, folder)),
+                        (None, lambda server: gone_at_the_end(server, folder, spare))):
+        server = Server(hyst, port, folder, begin=begin, TMPDIR=spare)
+        try:
+            asyncio.run(look(server))
+        finally:
+            server.process.send_signal(signal.SIGINT)
+            server.process.wait(PATIENCE_S)
+
+
 def terminal_hears_of_the_line(hyst, port, scratch):
     """What the page would say, where no page is open: the port is not there, and then it is."""
     link = os.path.join(scratch, "port")
@@ -587,6 +642,7 @@ def main():
         asyncio.run(a_fault_before(server))
         server.process.send_signal(signal.SIGINT)
         server.process.wait(PATIENCE_S)
+        disks(hyst, port, folder, scratch)
         server = Server(hyst, port, folder)
         asyncio.run(no_orphans(server))
     finally:

@@ -54,8 +54,8 @@ const board_info_t board_info = {
 
 /* What crosses the line (host_tools/bench/converter_line.h has the twin's side). */
 typedef struct {
-    uint16_t drive_code;
-    uint16_t answers; /* 1: the last position. 0: it only asks for one */
+    uint16_t drive_code; /* of the first ask, which has none: the rate of the loop in Hz */
+    uint16_t answers;    /* 1: the last position. 0: it only asks for one */
 } ask_t;
 typedef struct {
     uint16_t position_code;
@@ -67,7 +67,7 @@ static struct {
     intptr_t asks, answers; /* files of the emulator's */
     ask_t ask;
     bool open;
-} line;
+} line = {.ask = {.drive_code = SAMPLE_RATE_HZ <= UINT16_MAX ? SAMPLE_RATE_HZ : 0}};
 static int32_t supply_mv = HEALTH_ABSENT; /* not sent yet */
 
 board_start_t board_init(void) {

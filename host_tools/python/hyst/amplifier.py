@@ -79,7 +79,11 @@ class Amplifier(Held):
 
     def __init__(self, port: str, *, baud: int = 115200, parity: str = "none", slave: int = 1,
                  timeout: float = 0.5) -> None:
-        """Opens the port. parity: none, even or odd. timeout in s, to wait for each answer, which is tried three times."""
+        """Opens the port. parity: none, even or odd. timeout in s, to wait for each answer, which is tried three times.
+
+        An amplifier whose register map has another version can be stopped, parked and switched off. All else raises Error,
+        with the side to upgrade.
+        """
         self._handle: Any = None
         self._lock = threading.Lock()  # of what works with the amplifier: one at a time
         self._alive = threading.RLock()  # of the handle: it is not freed while a cancel is on its way
@@ -217,16 +221,17 @@ class Amplifier(Held):
         finally:
             lib.free(image)
 
-    def stop(self) -> dict[str, str]:
-        """Ends what plays. The drive stays on, and holds its level.
+    def stop(self) -> dict[str, str | None]:
+        """Ends what plays. The drive stays on, and holds its level. Returns its mode and state, each None where the
+        register map has another version.
 
         A run in another thread ends at once, and raises Cancelled. As after every run that does not come to its end, the
         amplifier is parked then.
         """
         return self._halt(lib.device_stop)
 
-    def park(self) -> dict[str, str]:
-        """Takes the drive to rest. A run in another thread ends at once, and raises Cancelled."""
+    def park(self) -> dict[str, str | None]:
+        """Takes the drive to rest. Returns as stop does. A run in another thread ends at once, and raises Cancelled."""
         return self._halt(lib.device_park)
 
     def now(self) -> dict[str, Any]:
@@ -299,7 +304,7 @@ class Amplifier(Held):
         with turn(self._lock):
             yield
 
-    def _halt(self, command: Callable[[Any], Any]) -> dict[str, str]:
+    def _halt(self, command: Callable[[Any], Any]) -> dict[str, str | None]:
         fault = ""
         try:
             with self._after_what_runs():
