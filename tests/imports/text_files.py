@@ -260,3 +260,13 @@ def _(path):
 @export("stamps that go back", refused="time stays or goes back")
 def _(path):
     text(path, "t,u,y\n" + rows(np.where(K == 200, 0.1, T), U, Y))
+
+
+@export("semicolons, and more empty rows than data (German spreadsheet)", says_not=["left out"])
+def _(path):
+    text(path, "Zeit [s];Spannung [V];Weg [um]\n" + rows(T, U, Y, separator=";", comma=True) + ";;\n" * 1000)
+
+
+@export("empty rows of a spreadsheet before a summary", says=["left out: 51 lines behind the data"])
+def _(path):
+    text(path, "Time [s],Drive [V],Position [um]\n" + rows(T, U, Y) + ",,\n" * 50 + "Mean,50.0,7.1\n")

@@ -261,7 +261,8 @@ def read(
     """Reads a recording: the project's CSV, any file that `hyst import` takes, or LabVIEW TDMS (needs npTDMS).
 
     What a foreign file does not say, the keywords say, as the options of that command do: columns={"drive": "CH1"}
-    (name or number of a column), scales={"drive": 20.0} (V or um per unit), time="t" or "none", sample_rate in Hz.
+    (name or number of a column), scales={"drive": 20.0} (V or um per unit: per V where that is mV), time="t" or "none",
+    sample_rate in Hz.
     fill_missing: rows without a number are put on straight lines between their neighbours, and understood says so.
     Recording.understood tells what the columns were taken for. group: of a TDMS file with several.
     """

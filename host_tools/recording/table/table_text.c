@@ -36,6 +36,11 @@ static bool is_passed_over(const char *line) {
            (at[0] == '#' && (at[1] == ' ' || at[1] == '\t' || at[1] == '\0'));
 }
 
+/* A row of a table without anything in it, as spreadsheets write hundreds of below the data. */
+static bool is_empty_row(const char *line) {
+    return line[strspn(line, " \t,;|\"")] == '\0';
+}
+
 /* The line before line `at`, blank ones apart, counted from 1; 0: none. */
 static size_t line_above(const text_source_t *source, size_t at) {
     while (at > 0 && text_is_blank(source->line[at - 1])) {
@@ -73,10 +78,10 @@ static size_t sample_lines(const text_source_t *source, size_t from, const char 
     size_t count = 0;
     for (size_t i = from; i < source->lines && count < SAMPLE_LINES; i += step) {
         size_t k = i;
-        while (k < source->lines && is_passed_over(source->line[k])) {
+        while (k < source->lines && (is_passed_over(source->line[k]) || is_empty_row(source->line[k]))) {
             k++;
         }
-        if (k < source->lines) {
+        if (k < source->lines && (count == 0 || sample[count - 1] != source->line[k])) {
             sample[count++] = source->line[k];
         }
     }
@@ -528,6 +533,9 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
     double **value = NULL;
     bool good = text_source_read(&source, path, failure);
     table_open(table, path, "text");
+    while (good && source.lines > 0 && is_empty_row(source.line[source.lines - 1])) {
+        source.lines--;
+    }
     if (good && source.lines == 0) {
         good = fail(failure, "%s: empty file", path);
     }
