@@ -527,6 +527,24 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
                                    signs.names, layout->begin + 1, signs.fields, problem);
 }
 
+/* Columns that there is no room for. */
+static void tell_beyond(table_t *table, const char *line, char separator) {
+    size_t fields = 0;
+    for (; line != NULL; fields++) {
+        const char *field;
+        size_t length;
+        line = text_next_field(line, separator, &field, &length);
+    }
+    if (fields > MOST_COLUMNS) {
+        char text[80];
+        (void)snprintf(text, sizeof text, "columns %d to %zu are not read, %d are", MOST_COLUMNS + 1, fields,
+                       MOST_COLUMNS);
+        table_note(table, "%s", text);
+        free(table->partial);
+        table->partial = copy_text(text);
+    }
+}
+
 bool table_read_text(table_t *table, const char *path, failure_t *failure) {
     text_source_t source;
     layout_t *layout = allocate(1, sizeof *layout);
@@ -560,6 +578,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
             if (text_is_igor(&source)) {
                 text_find_igor_scales(table, (const char *const *)source.line, 0, source.lines);
             }
+            tell_beyond(table, source.line[layout->begin], layout->dialect.separator);
             if (layout->end < source.lines && !text_is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;
                 table_note(table, "%zu line%s behind the data, from line %zu: '%.60s'", behind, behind == 1 ? "" : "s",
