@@ -439,6 +439,7 @@ bool import_file(recording_t *recording, const char *path, const import_options_
     const bool good = import_table(recording, &table, options, &account, failure);
     if (good) {
         recording->understood = import_account_text(&account);
+        recording_take_keys(recording, path);
     }
     import_account_free(&account);
     table_free(&table);

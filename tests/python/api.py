@@ -125,6 +125,11 @@ class Recordings(unittest.TestCase):
         self.assertIn("the sample rate changes: from row 1 on",
                       line_of(hyst.Recording, drive, 0.1 * drive, time=np.logspace(-2, 3, 400)))
 
+    def test_what_is_said_of_columns_leaves_the_header_its_keys(self):
+        read = hyst.read(RECORDING, columns={"drive": "drive"})
+        self.assertEqual(read.keys["drive_converter_v"], hyst.read(RECORDING).keys["drive_converter_v"])
+        self.assertNotIn("drive_unit", read.keys)
+
     def test_dates_and_differences_are_times(self):
         drive = 50 + 50 * np.sin(2 * np.pi * np.arange(400) / 250.0)
         date = datetime.datetime(2026, 11, 30, 23, 59, 59, tzinfo=datetime.timezone.utc)
