@@ -346,6 +346,19 @@ static void check_unnamed(import_job_t *job) {
     }
 }
 
+/* Without times nothing else says that segments stand below each other, or a row of means below the data. Where every
+ * line is followed by an empty one, that is how the file is written. */
+static void tell_breaks(const import_job_t *job) {
+    const table_t *const table = job->table;
+    if (table->passed > 0 && table->passed < table->rows / 2) {
+        import_account_add(job->account,
+                           "  is that plausible? %zu empty line%s or remark%s among the data, the first before line "
+                           "%lu: what stands around them is taken for one run",
+                           table->passed, table->passed > 1 ? "s" : "", table->passed > 1 ? "s" : "",
+                           table_line(table, table->passed_before[0]));
+    }
+}
+
 bool import_table(recording_t *recording, const table_t *table, const import_options_t *options,
                   import_account_t *account, failure_t *failure) {
     import_job_t job = {.table = table, .options = options, .account = account};
@@ -389,6 +402,7 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
             }
         } else {
             import_account_add(account, "%-12s %s", "time", axis.text);
+            tell_breaks(&job);
         }
     }
     recording_create(recording, table->source, axis.sample_rate_hz, table->rows);

@@ -290,3 +290,14 @@ def _(path):
 def _(path):
     text(path, "Time [s],Drive [V]" + "".join(f",aux{i}" for i in range(300)) + ",Position [um]\n" +
          "".join(f"{t:.9g},{u:.9g}" + ",0.5" * 300 + f",{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("two segments without times, an empty line between", "--sample-rate 1000",
+        says=["1 empty line or remark among the data, the first before line 203: what stands around them is taken for one run"])
+def _(path):
+    text(path, "Drive [V],Position [um]\n" + rows(U[:200], Y[:200]) + "\n" + rows(U[200:], Y[200:]))
+
+
+@export("an empty line behind each line, and no times", "--sample-rate 1000", says_not=["is that plausible"])
+def _(path):
+    text(path, "Drive [V],Position [um]\n\n" + rows(U, Y, end="\n\n"))
