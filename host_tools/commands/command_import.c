@@ -24,15 +24,14 @@ const command_t command_import = {
         ".npy or .npz, HDF5, or gzip of a text. Without -o it only says what it understands: do that first. A name "
         "OUT\n"
         "that ends in .h5, .hdf5 or .nc makes HDF5, which keeps the columns that are not used as well.\n"
-        "C is the name of a column or its number, from 1. Units in names are converted to s, V and um. A scale comes "
-        "on\n"
-        "top: --drive-scale 20 where the drive was recorded before an amplifier with a gain of 20, "
-        "--displacement-scale\n"
-        "5 where a sensor gives 1 V for 5 um. fit, simulate and diagnose read the same files where nothing needs to "
-        "be\n"
-        "said about them. Of several actuators in a file, --drive 'V*' --displacement 'X*' takes those of V1 and X1, "
-        "V2\n"
-        "and X2 ..: OUT.csv is then OUT-1.csv, OUT-2.csv ..",
+        "C is the name of a column or its number, from 1. Units in names are converted to s, V and um, so that a "
+        "scale\n"
+        "is per V or um, where the column is in mV or nm, too: --drive-scale 20 where the drive was recorded before "
+        "an\n"
+        "amplifier with a gain of 20, --displacement-scale 5 where a sensor gives 1 V for 5 um. fit, simulate and\n"
+        "diagnose read the same files where nothing needs to be said about them. Of several actuators in a file,\n"
+        "--drive 'V*' --displacement 'X*' takes those of V1 and X1, V2 and X2 ..: OUT.csv is then OUT-1.csv, OUT-2.csv "
+        "..",
     .run = import,
     .files = FILE_RECORDING "FILE: text, MATLAB, NumPy, HDF5, or gzip of a text.\n",
     .examples = "# What is understood of an export? Nothing is written\n"
@@ -280,12 +279,12 @@ static int import(int argc, char **argv) {
         {.name = "--drive-scale",
          .kind = OPTION_NONZERO,
          .argument = "X",
-         .help = "V per unit of the column",
+         .help = "V per unit of the column: per V where that is mV",
          .target = &wishes.columns.scale[COLUMN_DRIVE]},
         {.name = "--displacement-scale",
          .kind = OPTION_NONZERO,
          .argument = "X",
-         .help = "um per unit of the column",
+         .help = "um per unit of the column: per V where that is mV",
          .target = &wishes.columns.scale[COLUMN_DISPLACEMENT]},
         {.name = "--reference-scale",
          .kind = OPTION_NONZERO,

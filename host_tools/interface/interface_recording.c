@@ -87,10 +87,14 @@ static bool take_wishes(wishes_t *wishes, const char *options) {
 hyst_host_recording_t *hyst_host_recording_read(const char *path, const char *options) {
     recording_t recording;
     wishes_t wishes = {.json = NULL};
-    const bool good = options == NULL ? recording_read(&recording, path, interface_failure())
-                                      : take_wishes(&wishes, options) &&
-                                            import_file(&recording, path, &wishes.said, interface_failure());
+    bool good = options == NULL
+                    ? recording_read(&recording, path, interface_failure())
+                    : take_wishes(&wishes, options) && import_file(&recording, path, &wishes.said, interface_failure());
     json_decref(wishes.json);
+    if (good && !recording_check_keys(&recording, interface_failure())) {
+        recording_free(&recording);
+        good = false;
+    }
     return good ? interface_recording(&recording, interface_note(NULL, 0, NULL, path)) : NULL;
 }
 

@@ -67,12 +67,18 @@ void column_factor_whiten(const column_factor_t *f, double *products, size_t sig
             products[s * stride + i] *= f->scale[i];
         }
     }
+    if (f->columns == 0 || signals == 0) { /* BLAS takes no empty matrix */
+        return;
+    }
     const int n = (int)f->columns;
     cblas_dtrsm(CblasRowMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, (int)signals, n, 1.0, f->factor, n,
                 products, (int)stride);
 }
 
 void column_factor_solve(const column_factor_t *f, double *white) {
+    if (f->columns == 0) {
+        return;
+    }
     const int n = (int)f->columns;
     cblas_dtrsv(CblasRowMajor, CblasLower, CblasTrans, CblasNonUnit, n, f->factor, n, white, 1);
     for (size_t i = 0; i < f->columns; i++) {

@@ -387,11 +387,30 @@ static void complain_missing(chooser_t *c, int role) {
     c->missing = true;
 }
 
+/* Of a binary file: the arrays that are no columns, numbers alone apart. What is missing may be one of them. Returns
+ * how many there are. */
+static size_t list_left_out(const table_t *table, char *text, size_t room) {
+    size_t used = 0, count = 0;
+    for (size_t i = 0; table->first_line == 0 && i < table->notes; i++) {
+        if (strstr(table->note[i], TABLE_ONE_NUMBER) == NULL) {
+            used += used < LIST_ROOM
+                        ? (size_t)snprintf(text + used, room - used, "%s%.150s", count > 0 ? ", " : "", table->note[i])
+                        : 0;
+            count++;
+        }
+    }
+    return count;
+}
+
 /* What there is instead of what is missing. */
 static void list_all(chooser_t *c) {
-    char text[600] = "";
+    char text[600] = "", others[500] = "";
     list_columns(c, NULL, c->table->columns, text, sizeof text);
     const size_t signals = c->table->columns - (c->choice->column[ROLE_TIME] != NO_COLUMN ? 1 : 0);
+    if (signals < 2 && list_left_out(c->table, others, sizeof others) > 0) {
+        import_account_add(c->problems, "the columns are %s: left out are others: %s", text, others);
+        return;
+    }
     import_account_add(c->problems, "the columns are %s: %s", text,
                        signals < 2
                            ? "drive and displacement have to stand in one file: put the columns of both side by side"

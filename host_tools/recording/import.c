@@ -51,6 +51,12 @@ static const char *states_scale(const import_job_t *job, int role) {
                                                                                      : NULL;
 }
 
+/* What a scale is for: of "mV" it is 1 V, since units with a prefix are converted before. */
+static const char *scaled_by(quantity_t quantity, double scale, char text[20]) {
+    (void)snprintf(text, 20, scale != 1.0 ? "1 %s" : "that", unit_name(quantity));
+    return text;
+}
+
 /* What one unit of the column is in that of the role; 0: not known, which is a problem. */
 static double factor_for(import_job_t *job, int role, const char *stated) {
     static const quantity_t wanted[COLUMN_COUNT] = {
@@ -81,10 +87,11 @@ static double factor_for(import_job_t *job, int role, const char *stated) {
         (void)snprintf(what, sizeof what, ", %s states a scale", states_scale(job, role));
     }
     if (what[0] != '\0') {
+        char of[20];
         import_account_add(&job->problems,
-                           "%s is column %zu '%s'%s: say how many %s that is (hyst import --%s-scale N)%s%s%s", name,
-                           column->number, column->name, what, unit, name, asked ? "" : ", or name another (--",
-                           asked ? "" : name, asked ? "" : ")");
+                           "%s is column %zu '%s'%s: say how many %s %s is (hyst import --%s-scale N)%s%s%s", name,
+                           column->number, column->name, what, unit, scaled_by(found, scale, of), name,
+                           asked ? "" : ", or name another (--", asked ? "" : name, asked ? "" : ")");
         return 0.0;
     }
     return scale * (said != 0.0 ? said : 1.0);
@@ -125,6 +132,18 @@ static bool fill(import_job_t *job, const table_column_t *column, double *value,
     return good;
 }
 
+/* That a column was scaled; and what the scale was for, where its unit has a prefix. */
+static void tell_scale(const import_job_t *job, int role, const char *stated, char *text, size_t room) {
+    const double said = job->options->scale[role];
+    double scale;
+    const quantity_t quantity = unit_of(stated, &scale);
+    (void)snprintf(text, room, said != 0.0 ? ", scaled" : "");
+    if (said != 0.0 && scale != 1.0) {
+        (void)snprintf(text, room, ", scaled by %.6g %s for 1 %s", said, column_unit((column_t)role),
+                       unit_name(quantity));
+    }
+}
+
 /* One column into the recording's unit, with the range that came out. */
 static void convert_column(import_job_t *job, int role, double *into) {
     const table_column_t *column = &job->table->column[job->choice.column[role]];
@@ -155,10 +174,11 @@ static void convert_column(import_job_t *job, int role, double *into) {
         low = fmin(low, into[k]);
         high = fmax(high, into[k]);
     }
+    char scaled[60];
+    tell_scale(job, role, stated, scaled, sizeof scaled);
     import_account_add(job->account, "%-12s column %zu '%s'%s%s%s (%s): %.6g to %.6g %s", role_name(role),
                        column->number, column->name, stated[0] != '\0' ? " in " : ", taken for ",
-                       stated[0] != '\0' ? stated : unit, job->options->scale[role] != 0.0 ? ", scaled" : "",
-                       job->choice.why[role], low, high, unit);
+                       stated[0] != '\0' ? stated : unit, scaled, job->choice.why[role], low, high, unit);
     if (low == high && role <= COLUMN_DISPLACEMENT) {
         import_account_add(&job->problems, "column %zu '%s', taken for %s, never changes", column->number, column->name,
                            role_name(role));
@@ -326,6 +346,19 @@ static void check_unnamed(import_job_t *job) {
     }
 }
 
+/* Without times nothing else says that segments stand below each other, or a row of means below the data. Where every
+ * line is followed by an empty one, that is how the file is written. */
+static void tell_breaks(const import_job_t *job) {
+    const table_t *const table = job->table;
+    if (table->passed > 0 && table->passed < table->rows / 2) {
+        import_account_add(job->account,
+                           "  is that plausible? %zu empty line%s or remark%s among the data, the first before line "
+                           "%lu: what stands around them is taken for one run",
+                           table->passed, table->passed > 1 ? "s" : "", table->passed > 1 ? "s" : "",
+                           table_line(table, table->passed_before[0]));
+    }
+}
+
 bool import_table(recording_t *recording, const table_t *table, const import_options_t *options,
                   import_account_t *account, failure_t *failure) {
     import_job_t job = {.table = table, .options = options, .account = account};
@@ -369,6 +402,7 @@ bool import_table(recording_t *recording, const table_t *table, const import_opt
             }
         } else {
             import_account_add(account, "%-12s %s", "time", axis.text);
+            tell_breaks(&job);
         }
     }
     recording_create(recording, table->source, axis.sample_rate_hz, table->rows);
@@ -419,6 +453,7 @@ bool import_file(recording_t *recording, const char *path, const import_options_
     const bool good = import_table(recording, &table, options, &account, failure);
     if (good) {
         recording->understood = import_account_text(&account);
+        recording_take_keys(recording, path);
     }
     import_account_free(&account);
     table_free(&table);

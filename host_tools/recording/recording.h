@@ -81,8 +81,12 @@ bool recording_read(recording_t *recording, const char *path, failure_t *failure
 
 /** Whether a file has this project's format, CSV or HDF5, and so is not imported. Its contents may still be wrong. */
 bool recording_is_own(const char *path);
-/** Adds the header keys of a file of this project's format; none if it cannot be read as one. */
+/** Adds the header keys of a file of this project's format, also of a CSV that a spreadsheet has written anew. */
 void recording_take_keys(recording_t *recording, const char *path);
+/** The same of a CSV: none that the recording has, and those of no file without the key sample_rate_hz. */
+void recording_take_header(recording_t *recording, const char *path);
+/** Takes off what a spreadsheet writes behind a remark: the separators of empty cells. */
+void recording_cut_cells(char *text);
 
 /** Writes a file that recording_read reads back to the same numbers (17 digits where needed), with all columns with a
  * meaning and the first RECORDING_CSV_EXTRAS others. A name that ends in .h5, .hdf5 or .nc makes an HDF5 file

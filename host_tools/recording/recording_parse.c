@@ -158,6 +158,7 @@ static bool read_header(reader_t *reader) {
     *value++ = '\0';
     key = trim(key);
     value = trim(value);
+    recording_cut_cells(value);
     if (strcmp(key, "sample_rate_hz") == 0) {
         if (recording->sample_rate_hz > 0.0) {
             return complain(reader, "second sample_rate_hz");
@@ -401,20 +402,21 @@ static bool read_lines(reader_t *reader) {
     return true;
 }
 
-/* Whether a file begins with the header of a recording: comment lines, of which one is the sample rate. */
+/* Whether a file begins with the header of a recording: comment lines, of which one is the sample rate. Where a
+ * spreadsheet has written it anew, with semicolons or tabs between columns, it is imported. */
 static bool has_header(const char *path) {
     char line[RECORDING_MAX_LINE + 2];
-    bool found = false;
+    bool found = false, more;
     FILE *file = fopen(path, "rb");
     if (file == NULL) {
         return false;
     }
-    while (!found && fgets(line, sizeof line, file) != NULL && line[0] == '#') {
+    while ((more = fgets(line, sizeof line, file) != NULL) && line[0] == '#') {
         const char *key = line + 1 + strspn(line + 1, " \t");
-        found = strncmp(key, "sample_rate_hz", 14) == 0 && key[14 + strspn(key + 14, " \t")] == ':';
+        found = found || (strncmp(key, "sample_rate_hz", 14) == 0 && key[14 + strspn(key + 14, " \t")] == ':');
     }
     fclose(file);
-    return found;
+    return found && !(more && strchr(line, ',') == NULL && strpbrk(line, ";\t") != NULL);
 }
 
 /* A key that is about a further column: no longer one of the recording's. To be freed; "" without. */
@@ -531,13 +533,22 @@ bool recording_is_own(const char *path) {
     return hdf5_is_recording(path) || has_header(path);
 }
 
-void recording_take_keys(recording_t *recording, const char *path) {
+/* The keys of an HDF5 file are read with all of it. */
+static void take_keys_of_hdf5(recording_t *recording, const char *path) {
     recording_t own;
     failure_t ignored;
-    if (recording_is_own(path) && read_any(&own, path, &ignored)) {
+    if (hdf5_read_recording(&own, path, &ignored)) {
         for (size_t i = 0; i < own.keys; i++) {
             recording_set_key(recording, own.key[i].key, own.key[i].value);
         }
         recording_free(&own);
+    }
+}
+
+void recording_take_keys(recording_t *recording, const char *path) {
+    if (hdf5_is_recording(path)) {
+        take_keys_of_hdf5(recording, path);
+    } else {
+        recording_take_header(recording, path);
     }
 }

@@ -95,6 +95,9 @@ static size_t unwrap(double *stamp, size_t rows, double period, double step) {
 }
 
 static const double earliest_s = 1e9, latest_s = 4.1e9; /* 2001 to 2100 */
+/* No piezo is sampled less often. Larger whole steps are the ticks of a clock (60 or 210 MHz of a lock-in amplifier),
+ * whose count may well be that of the seconds or milliseconds since 1970. */
+static const double longest_step_s = 60.0;
 
 /* A way to write a time without its unit. */
 typedef struct {
@@ -130,7 +133,8 @@ static const way_t *unsaid_way(const table_column_t *of, size_t rows, double sta
             (void)snprintf(text, room, "; its rate says that they are %s", way->unit);
             return way;
         }
-        if (first * way->scale - way->since_1970 >= earliest_s && last * way->scale - way->since_1970 <= latest_s &&
+        if (mean * way->scale <= longest_step_s && first * way->scale - way->since_1970 >= earliest_s &&
+            last * way->scale - way->since_1970 <= latest_s &&
             (way->fastest == 0.0 || mean < way->fastest || is_date(of))) {
             (void)snprintf(text, room, "; %s, as their size says", way->name);
             return way;
@@ -250,7 +254,9 @@ static bool find_from_stamps(time_axis_t *axis, const table_t *table, double *st
     quantity_time(last, stamp[rows - 1], step);
     snprintf(axis->text, sizeof axis->text, "%.30s to %.30s s, %.9g Hz", first, last, axis->sample_rate_hz);
     if (stated_hz > 0.0 && fabs(stated_hz * step - 1.0) > rate_tolerance) {
-        fail(failure, "the time column says %.6g Hz, stated are %.6g Hz: is its unit right?", 1.0 / step, stated_hz);
+        fail(failure,
+             "the time column says %.6g Hz, stated are %.6g Hz: is its unit right? (--time none: leave it out)",
+             1.0 / step, stated_hz);
         free(stamp);
         return false;
     }
@@ -330,7 +336,9 @@ static bool find_from_column(time_axis_t *axis, const table_t *table, const tabl
         since = way != NULL ? way->since_1970 : 0.0;
         axis->unit_taken = way == NULL && !(stated_hz > 0.0); /* a rate agrees, or is a problem */
     }
-    if (axis->unit_taken && of->value[0] < earliest_s && are_whole(of->value, table->rows)) {
+    const double step = (of->value[table->rows - 1] - of->value[0]) / (double)(table->rows - 1);
+    const bool dates = of->value[0] >= earliest_s && step <= longest_step_s;
+    if (axis->unit_taken && !dates && are_whole(of->value, table->rows)) {
         return refuse_whole(of, table->rows, failure);
     }
     double *stamp = allocate(table->rows, sizeof *stamp);

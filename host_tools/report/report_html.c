@@ -46,15 +46,24 @@ typedef struct {
     size_t count;
 } trace_t;
 
-static trace_t error_trace(const recording_t *recording) {
+/* start_s: of the recording's first sample; NaN: of the window's. */
+static trace_t error_trace(const recording_t *recording, double start_s) {
     const window_t window = shown_window(recording);
+    const double from_s = isfinite(start_s) ? start_s + (double)window.first / recording->sample_rate_hz : 0.0;
     trace_t trace = {allocate(window.count, sizeof(double)), allocate(window.count, sizeof(double)), window.count};
     for (size_t i = 0; i < window.count; i++) {
         const size_t k = window.first + i;
-        trace.time_s[i] = (double)i / recording->sample_rate_hz;
+        trace.time_s[i] = from_s + (double)i / recording->sample_rate_hz;
         trace.error_um[i] = recording->column[COLUMN_DISPLACEMENT][k] - recording->column[COLUMN_REFERENCE][k];
     }
     return trace;
+}
+
+/* Whether both recordings show the same part of the same reference, so that the times of the one are those of the
+ * other. */
+static bool show_the_same(const recording_t *a, const recording_t *b) {
+    return a->start_s == b->start_s && a->sample_rate_hz == b->sample_rate_hz &&
+           shown_window(a).first == shown_window(b).first;
 }
 
 static plot_line_t trace_line(const trace_t *trace, const char *class_name, const char *label) {
@@ -75,7 +84,10 @@ static plot_line_t position_line(const recording_t *recording, const char *class
 static void write_track(FILE *file, const report_words_t *words, const report_track_t *track) {
     const plot_line_t loop[] = {position_line(&track->before, "before", words->before),
                                 position_line(&track->after, "after", words->after)};
-    trace_t before = error_trace(&track->before), after = error_trace(&track->after);
+    const bool same = show_the_same(&track->before, &track->after);
+    const double start_s = same ? track->before.start_s : (double)NAN;
+    const char *const time = same ? "time, s" : "time in this part, s";
+    trace_t before = error_trace(&track->before, start_s), after = error_trace(&track->after, start_s);
     const plot_line_t error[] = {trace_line(&before, "before", words->before),
                                  trace_line(&after, "after", words->after)};
 
@@ -83,8 +95,8 @@ static void write_track(FILE *file, const report_words_t *words, const report_tr
     write_escaped(file, track->name);
     fprintf(file, "</h3>\n<div class=\"row\">\n");
     plot_write(file, &(plot_t){"Loop", "reference, µm", "position, µm", loop, 2, PLOT_NO_SHADE});
-    plot_write(file, &(plot_t){"Error", "time, s", ERROR_LABEL, error, 2, PLOT_NO_SHADE});
-    plot_write(file, &(plot_t){"Error that remains", "time, s", ERROR_LABEL, &error[1], 1, PLOT_NO_SHADE});
+    plot_write(file, &(plot_t){"Error", time, ERROR_LABEL, error, 2, PLOT_NO_SHADE});
+    plot_write(file, &(plot_t){"Error that remains", time, ERROR_LABEL, &error[1], 1, PLOT_NO_SHADE});
     fprintf(file, "</div>\n");
     trace_free(&before);
     trace_free(&after);
@@ -93,12 +105,14 @@ static void write_track(FILE *file, const report_words_t *words, const report_tr
 static void write_verdict(FILE *file, const report_t *report) {
     const report_track_t *worst = report_worst(report);
     fprintf(file, "<p class=\"verdict\">");
-    if (report_gain(worst) > 1.0) {
+    if (report_gain(worst) <= 1.0) {
+        fprintf(file, "%s ", report_words(report)->no_help);
+    } else if (report->tracks > 1) {
         fprintf(file, "The tracking error falls to 1/%.1f or less on every track. ", report_gain(worst));
     } else {
-        fprintf(file, "%s ", report_words(report)->no_help);
+        fprintf(file, "The tracking error falls to 1/%.1f. ", report_gain(worst));
     }
-    fprintf(file, "The least gain is on “");
+    fprintf(file, report->tracks > 1 ? "The least gain is on “" : "On “");
     write_escaped(file, worst->name);
     fprintf(file, "”: from %.2f&nbsp;%% to %.2f&nbsp;%%.</p>\n", worst->error_before.nrmse_percent,
             worst->error_after.nrmse_percent);
@@ -313,8 +327,8 @@ bool report_write_picture(const report_t *report, const char *path, failure_t *f
     plot_line_t *line = allocate(2 * report->tracks, sizeof *line);
     plot_t *plot = allocate(report->tracks, sizeof *plot);
     for (size_t i = 0; i < report->tracks; i++) {
-        trace[2 * i] = error_trace(&report->track[i].before);
-        trace[2 * i + 1] = error_trace(&report->track[i].after);
+        trace[2 * i] = error_trace(&report->track[i].before, (double)NAN);
+        trace[2 * i + 1] = error_trace(&report->track[i].after, (double)NAN);
         line[2 * i] = trace_line(&trace[2 * i], "before", words->before);
         line[2 * i + 1] = trace_line(&trace[2 * i + 1], "after", words->after);
         plot[i] = (plot_t){report->track[i].name, "time, s", ERROR_LABEL, &line[2 * i], 2, PLOT_NO_SHADE};

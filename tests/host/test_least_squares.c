@@ -5,6 +5,7 @@
 #include "numerics/least_squares.h"
 #include "support.h"
 #include "unity.h"
+#include <gsl/gsl_cblas.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -240,8 +241,34 @@ static void test_a_factor_of_columns_that_make_each_other_up(void) {
     column_factor_free(&factor);
 }
 
+/* What BLAS calls for arguments that it does not take, here in its place; numpy's makes an exception of it. */
+int xerbla_(const char *routine, const int *argument, int length);
+static int refused;
+
+int xerbla_(const char *routine, const int *argument, int length) {
+    printf("%.*s refuses argument %d\n", length, routine, *argument);
+    refused++;
+    return 0;
+}
+
+/* A look that is cancelled goes on without columns for a moment. */
+static void test_a_factor_of_no_columns(void) {
+    column_factor_t factor;
+    const double none = 0.0;
+    double signal[1] = {7.0};
+    cblas_dtrsv(CblasRowMajor, CblasLower, CblasTrans, CblasNonUnit, 0, &none, 0, signal, 1);
+    TEST_ASSERT_EQUAL_MESSAGE(1, refused, "BLAS does not call what stands here");
+    column_factor_make(&factor, NULL, 0, NULL, ROWS);
+    column_factor_whiten(&factor, signal, 1, 0);
+    column_factor_solve(&factor, signal);
+    TEST_ASSERT_EQUAL_DOUBLE(7.0, signal[0]);
+    TEST_ASSERT_EQUAL(1, refused);
+    column_factor_free(&factor);
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_factor_of_no_columns);
     RUN_TEST(test_random_problems_meet_the_optimality_conditions);
     RUN_TEST(test_inverse_of_a_known_matrix);
     RUN_TEST(test_columns_make_the_same_equations_as_rows);

@@ -107,3 +107,17 @@ def _(path):
 @export("NumPy savetxt")
 def _(path):
     np.savetxt(path, np.column_stack([T, U, Y]), header="t drive displacement")
+
+
+# A scope chooses mV by itself. A scale is of what 1 V is all the same.
+@export("PicoScope CSV in mV, nothing said of the sensor",
+        refused="displacement is column 3 'Kanal B' in mV: say how many um 1 V is (hyst import --displacement-scale N)")
+def _(path):
+    text(path, "Zeit;Kanal A;Kanal B\n(ms);(V);(mV)\n\n" +
+         rows(1e3 * T, U, 200.0 * Y, separator=";", comma=True, form="%.8f"))
+
+
+@export("PicoScope CSV in mV, 5 um/V", "--displacement-scale 5", says=["in mV, scaled by 5 um for 1 V"])
+def _(path):
+    text(path, "Zeit;Kanal A;Kanal B\n(ms);(V);(mV)\n\n" +
+         rows(1e3 * T, U, 200.0 * Y, separator=";", comma=True, form="%.8f"))

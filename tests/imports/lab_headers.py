@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names of columns as laboratories and their instruments write them: which column is what, and where that is not clear."""
+import numpy as np
 from measurement import export, K, REF, rows, T, text, U, Y
 
 MONITOR = 0.98 * U + 0.3  # of the same drive: taken for the displacement, it would make a perfect model
@@ -407,3 +408,27 @@ def _(path):
 @export("JSON", refused="JSON (a model of this project?), no table of measurements")
 def _(path):
     text(path, '{"format": "hyst-model-1"}\n')
+
+
+# Units in a line of their key, between blanks; and above the names.
+for key in ("units:", "Unit =", "Einheiten:"):
+    @export(f"NumPy savetxt, names and units behind keys, '{key}'", says=["'displacement' in m"])
+    def _(path, key=key):
+        np.savetxt(path, np.column_stack([1e3 * T, U, 1e-6 * Y]), header=f"columns: t drive displacement\n{key} ms V m")
+
+
+@export("NumPy savetxt, units above the names", says=["'displacement' in nm"])
+def _(path):
+    np.savetxt(path, np.column_stack([T, U, 1e3 * Y]), header="units: s V nm\nt drive displacement")
+
+
+@export("AFM: columns, long names and units in remarks", "--drive 2", says=["'Height (measured)' in m"])
+def _(path):
+    text(path, '# kLength: 400\n# columns: height vDeflection time\n'
+         '# fancyNames: "Height (measured)" "Vertical deflection" "Series Time"\n# units: m V s\n' +
+         rows(1e-6 * Y, U, T, separator=" "))
+
+
+@export("a unit in prose: all positions in nm", refused="displacement is column 3 'displacement' without a unit, and line 1 names another")
+def _(path):
+    text(path, "# All positions in nm\n# t drive displacement\n" + rows(T, U, 1e3 * Y, separator=" "))

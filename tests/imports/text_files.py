@@ -260,3 +260,44 @@ def _(path):
 @export("stamps that go back", refused="time stays or goes back")
 def _(path):
     text(path, "t,u,y\n" + rows(np.where(K == 200, 0.1, T), U, Y))
+
+
+@export("semicolons, and more empty rows than data (German spreadsheet)", says_not=["left out"])
+def _(path):
+    text(path, "Zeit [s];Spannung [V];Weg [um]\n" + rows(T, U, Y, separator=";", comma=True) + ";;\n" * 1000)
+
+
+@export("empty rows of a spreadsheet before a summary", says=["left out: 51 lines behind the data"])
+def _(path):
+    text(path, "Time [s],Drive [V],Position [um]\n" + rows(T, U, Y) + ",,\n" * 50 + "Mean,50.0,7.1\n")
+
+
+for end, what in (("\0" * 3000, "zeros behind the end, where a logger reserved room"),
+                  ("\x1a", "the sign for the end of a file of DOS")):
+    @export(what, says_not=["left out"])
+    def _(path, end=end):
+        text(path, "Time [s],Drive [V],Position [um]\n" + rows(T, U, Y) + end)
+
+
+@export("300 columns", says=["left out: columns 257 to 303 are not read, 256 are"])
+def _(path):
+    text(path, "Time [s],Drive [V],Position [um]" + "".join(f",aux{i}" for i in range(300)) + "\n" +
+         "".join(line + ",0.5" * 300 + "\n" for line in rows(T, U, Y).splitlines()))
+
+
+@export("300 columns, the position last",
+        refused="columns 257 to 303 are not read, 256 are: put what belongs together in a file each")
+def _(path):
+    text(path, "Time [s],Drive [V]" + "".join(f",aux{i}" for i in range(300)) + ",Position [um]\n" +
+         "".join(f"{t:.9g},{u:.9g}" + ",0.5" * 300 + f",{y:.9g}\n" for t, u, y in zip(T, U, Y)))
+
+
+@export("two segments without times, an empty line between", "--sample-rate 1000",
+        says=["1 empty line or remark among the data, the first before line 203: what stands around them is taken for one run"])
+def _(path):
+    text(path, "Drive [V],Position [um]\n" + rows(U[:200], Y[:200]) + "\n" + rows(U[200:], Y[200:]))
+
+
+@export("an empty line behind each line, and no times", "--sample-rate 1000", says_not=["is that plausible"])
+def _(path):
+    text(path, "Drive [V],Position [um]\n\n" + rows(U, Y, end="\n\n"))

@@ -96,6 +96,30 @@ for command in (("import", "wrong.csv"), ("look", "wrong.csv")):
     refused = run(*command, status=1).stderr
     assert "bananas" in refused and "um" in refused and refused.count("\n") == 1, refused
 
+# A recording that a spreadsheet has opened and written anew keeps what its header says, in every command: English with
+# commas behind the remarks, as one quoted cell with a byte order mark, German with semicolons and decimal commas.
+KEYS = ["# sample_rate_hz: 500", "# drive_unit: V", "# displacement_unit: nm", "# drive_between_samples: held",
+        "# waveform: sweep, slow triangle"]
+table = [f"{a:.9g},{b:.7g},{1e3 * c:.7g}" for a, b, c in zip(T.tolist(), U.tolist(), Y.tolist())]
+english = "".join(key + "," * (2 - key.count(",")) + "\r\n" for key in KEYS) + "t,drive,displacement\r\n" + "\r\n".join(table)
+quoted = "\ufeff" + "".join(f'"{key}",,\r\n' for key in KEYS) + "t,drive,displacement\r\n" + "\r\n".join(table)
+german = "".join(key + ";;\r\n" for key in KEYS) + "t;drive;displacement\r\n" + \
+    "\r\n".join(line.replace(",", ";").replace(".", ",") for line in table)
+for name, text in (("english.csv", english), ("quoted.csv", quoted), ("german.csv", german)):
+    with open(name, "w", encoding="utf-8", newline="") as file:
+        file.write(text + "\r\n")
+    look = run("look", name).stdout
+    assert "held between samples (header)" in look and "position   -" in look, (name, look)
+    run("import", name, "-o", "again.csv")
+    with open("again.csv", encoding="utf-8") as file:
+        again = file.read()
+    assert "# drive_between_samples: held\n" in again and "# waveform: sweep, slow triangle\n" in again, (name, again[:400])
+    assert "_unit: nm" not in again and abs(float(again.splitlines()[-1].split(",")[2]) - Y[-1]) < 1e-5, name
+with open("english.csv", "w", encoding="utf-8", newline="") as file:
+    file.write(german.replace("between_samples: held", "between_samples: often"))
+refused = run("look", "english.csv", status=1).stderr
+assert "drive_between_samples is 'often'" in refused, refused
+
 # Standard input has a name, and no file of this program's.
 with open("scope.csv", encoding="utf-8") as file:
     text = file.read()

@@ -3,6 +3,7 @@
 import copy
 import ctypes
 import dataclasses
+import datetime
 import hashlib
 import json
 import os
@@ -123,6 +124,25 @@ class Recordings(unittest.TestCase):
         self.assertIn("resampled to even ones", hyst.Recording(drive, 0.1 * drive, time=jitter).understood)
         self.assertIn("the sample rate changes: from row 1 on",
                       line_of(hyst.Recording, drive, 0.1 * drive, time=np.logspace(-2, 3, 400)))
+
+    def test_what_is_said_of_columns_leaves_the_header_its_keys(self):
+        read = hyst.read(RECORDING, columns={"drive": "drive"})
+        self.assertEqual(read.keys["drive_converter_v"], hyst.read(RECORDING).keys["drive_converter_v"])
+        self.assertNotIn("drive_unit", read.keys)
+
+    def test_dates_and_differences_are_times(self):
+        drive = 50 + 50 * np.sin(2 * np.pi * np.arange(400) / 250.0)
+        date = datetime.datetime(2026, 11, 30, 23, 59, 59, tzinfo=datetime.timezone.utc)
+        steps = [datetime.timedelta(microseconds=4000 * k) for k in range(400)]
+        for time in (np.datetime64("2026-11-30T23:59:59") + 4000000 * np.arange(400).astype("m8[ns]"),
+                     [date + step for step in steps], np.array(steps, dtype="m8[us]"), steps):
+            made = hyst.Recording(drive, 0.1 * drive, time=time)
+            self.assertAlmostEqual(made.sample_rate, 250.0)
+            self.assertEqual(made.time[0], 0.0)
+        dates = np.datetime64("2026-11-30") + np.arange(400).astype("m8[s]")
+        self.assertIn("dates, or differences of times", line_of(hyst.Recording, dates, drive, sample_rate=10))
+        dates[7] = np.datetime64("NaT")
+        self.assertIn("row 8: no time", line_of(hyst.Recording, drive, drive, time=dates))
 
     def test_columns_cannot_be_written_to(self):
         with self.assertRaises(ValueError):

@@ -2,6 +2,7 @@
 """Ctrl-C in the middle of a fit or a diagnosis ends it, measured in the processor's time and not the clock's."""
 import os
 import signal
+import threading
 import time
 import unittest
 
@@ -60,6 +61,21 @@ class Cancelling(unittest.TestCase):
 
     def test_a_fit(self):
         self.check(lambda: hyst.fit([self.recording] * 12, family="preisach"), (0.3,))
+
+    def test_from_another_thread_at_any_time_of_the_look(self):
+        begin = time.monotonic()
+        hyst.diagnose(self.recording, self.model)
+        whole_s = time.monotonic() - begin
+        cancelled = 0
+        for part in range(1, 31):
+            asks = threading.Timer(0.006 * part * whole_s, hyst.cancel)
+            asks.start()
+            try:
+                hyst.diagnose(self.recording, self.model)
+            except hyst.Cancelled:
+                cancelled += 1
+            asks.join()
+        self.assertGreaterEqual(cancelled, 15)
 
     def test_by_the_progress_function(self):
         heard = []

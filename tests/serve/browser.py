@@ -22,7 +22,8 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
 TIMEOUT_S = "1.5" # for an answer of the emulator, which pauses there
-NARROW, WIDE = (390, 844), (1280, 900)
+NARROW, MIDDLE, WIDE = (390, 844), (500, 900), (1280, 900)
+OLD_S = 1740000000 # in February 2025
 
 
 def start(command, pattern, log):
@@ -294,7 +295,20 @@ def second_viewer(page):
     page.browser.switch_to.window(first)
 
 
+def list_of_files(page):
+    """In a window beside another one no button is cut off; a file of another day has its date."""
+    page.shape(MIDDLE, "light")
+    if page.script("""return [...document.querySelectorAll("#files button")].some((b) =>
+            b.getBoundingClientRect().right > b.closest(".scroll").getBoundingClientRect().right)"""):
+        page.fail("a button of a file is cut off")
+    row = page.script("""return [...document.querySelectorAll("#files tr")].find((r) =>
+        r.innerText.startsWith("scope.txt")).innerText""")
+    if "2025" not in row:
+        page.fail(f"no date of an old file: {row!r}")
+
+
 def by_keyboard(page, cable):
+    list_of_files(page)
     page.shape(NARROW, "light")
     page.picture("narrow-light", "main")
     page.picture("narrow-light-work", "#steps-title")
@@ -432,6 +446,7 @@ def main():
     os.makedirs(folder)
     shutil.copy(os.path.join(os.path.dirname(actuator), "recording.csv"), f"{folder}/tutorial.csv")
     scope(f"{folder}/scope.txt")
+    os.utime(f"{folder}/scope.txt", (OLD_S, OLD_S))
     twin = ["--image", elf, "--model", actuator, "--drive-range", "0:100", "--position-range", "-5:40", "--noise-um", "0.02"]
     bench, port = start([hyst, "bench", *twin], r"^port: (\S+)", f"{scratch}/bench.log")
     cable = Cable(port)

@@ -249,12 +249,28 @@ def column_in(values: Any) -> tuple[Any, Array]:
             raise Error("complex numbers: a column has real ones")
         if isinstance(values, np.ma.MaskedArray):
             values = np.where(np.ma.getmaskarray(values), np.nan, values.data)  # type: ignore[no-untyped-call]
+        if np.asarray(values).dtype.kind in "Mm":
+            raise Error("dates, or differences of times: a column has numbers, and time= takes these")
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError) as reason:
         raise Error(f"a column that cannot be taken for numbers: {reason}") from None
     if array.ndim != 1:
         raise Error(f"an array of {array.ndim} dimensions: a column has one")
     return array.ctypes.data_as(_doubles), array
+
+
+def times_in(values: Any) -> tuple[Any, Array]:
+    """The same of times in s. Of dates (numpy's, pandas' or Python's) they are those since the first one."""
+    array = np.asarray(values)
+    if array.dtype.kind == "O" and array.ndim == 1 and array.size > 0 and hasattr(array[0], "total_seconds"):
+        array = np.array([one.total_seconds() for one in array])
+    elif array.dtype.kind == "O" and array.ndim == 1 and array.size > 0 and hasattr(array[0], "toordinal"):
+        array = np.array([(one - array[0]).total_seconds() for one in array])
+    elif array.dtype.kind in "Mm" and array.size > 0:  # whole counts of ns, us, ..: their differences are exact
+        array = (array - array[:1] if array.dtype.kind == "M" else array) / np.timedelta64(1, "s")
+    else:
+        return column_in(values)
+    return column_in(array)
 
 
 def column_out(pointer: Any, samples: int) -> Array | None:

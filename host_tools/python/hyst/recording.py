@@ -13,7 +13,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, real, text
+from ._library import Array, Error, Held, as_path, checked, column_in, column_out, lib, options, parsed, real, text, times_in
 from ._tdms import read_table
 
 UNITS = {
@@ -33,7 +33,8 @@ def _no_column(name: str) -> Error:
 class Recording(Held):
     """Drive in V and displacement in um of one run, sampled uniformly.
 
-    Recording(drive, displacement, sample_rate=10000) or Recording(drive, displacement, time=t). Time stamps are
+    Recording(drive, displacement, sample_rate=10000) or Recording(drive, displacement, time=t). t is in s, or dates or
+    differences of times of numpy, pandas or datetime; of dates the recording begins at 0 s. Time stamps are
     treated as those of a file: jitter is resampled, and understood says so; a gap, or a rate that changes, is refused.
     Further columns: reference (um), voltage (V), current (A), temperature (degC), as keywords. keys: the header of the
     file, for example {"preload_n": "20"}.
@@ -64,7 +65,7 @@ class Recording(Held):
         arrays = {column: column_in(values) for column, values in given.items()}
         lengths = {column: len(array) for column, (_, array) in arrays.items()}
         if time is not None:
-            arrays = {"time": column_in(time), **arrays}
+            arrays = {"time": times_in(time), **arrays}
             lengths["time"] = len(arrays["time"][1])
         if len(set(lengths.values())) != 1:
             raise Error("columns of different lengths: " + ", ".join(f"{n} of {c}" for c, n in lengths.items()))
@@ -261,7 +262,8 @@ def read(
     """Reads a recording: the project's CSV, any file that `hyst import` takes, or LabVIEW TDMS (needs npTDMS).
 
     What a foreign file does not say, the keywords say, as the options of that command do: columns={"drive": "CH1"}
-    (name or number of a column), scales={"drive": 20.0} (V or um per unit), time="t" or "none", sample_rate in Hz.
+    (name or number of a column), scales={"drive": 20.0} (V or um per unit: per V where that is mV), time="t" or "none",
+    sample_rate in Hz.
     fill_missing: rows without a number are put on straight lines between their neighbours, and understood says so.
     Recording.understood tells what the columns were taken for. group: of a TDMS file with several.
     """

@@ -165,7 +165,7 @@ void table_add_array(table_t *table, const char *name, const double *value, size
         return;
     }
     if (samples < 2 || signals == 0) {
-        table_note(table, "%s is one number, no signal", name);
+        table_note(table, "%s" TABLE_ONE_NUMBER, name);
         return;
     }
     if (table->columns > 0 && samples < table->rows) {

@@ -84,6 +84,10 @@ __attribute__((format(printf, 2, 3)))
 #endif
 void table_note(table_t *table, const char *format, ...);
 
+/** What is noted of an array behind its name: of complex numbers, and of one element. */
+#define TABLE_COMPLEX    "holds complex numbers: save their real part or magnitude"
+#define TABLE_ONE_NUMBER " is one number, no signal"
+
 /** The sample interval, and where the file states it. */
 void table_set_interval(table_t *table, double interval_s, const char *origin);
 

@@ -5,6 +5,7 @@
 #include "recording/table/table.h"
 #include "recording/table/units.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -105,6 +106,45 @@ static void unpack(hid_t set, double *value, size_t count) {
     }
 }
 
+/* The texts of the first of these attributes that has one for each column; NULL: none has. To be freed. */
+static char *texts_of_columns(hid_t set, const char *const *attribute, size_t attributes, size_t columns) {
+    char *const text = allocate(columns, HDF5_TEXT);
+    for (size_t i = 0; columns > 1 && i < attributes; i++) {
+        if (hdf5_read_texts(set, attribute[i], text, HDF5_TEXT, columns) == columns) {
+            return text;
+        }
+    }
+    free(text);
+    return NULL;
+}
+
+/* Names and units of the columns of a data set of several, in lists ("columns": time, displacement, drive). */
+static void name_columns(table_column_t *column, size_t columns, hid_t set, const char *path) {
+    static const char *const of_names[] = {"columns", "column_names", "names",  "fields",        "labels",
+                                           "signals", "channels",     "Labels", "channel_names", "Columns"},
+                             *const of_units[] = {"units", "unit", "Units", "Unit", "column_units"};
+    char *const names = texts_of_columns(set, of_names, sizeof of_names / sizeof of_names[0], columns);
+    char *const units = texts_of_columns(set, of_units, sizeof of_units / sizeof of_units[0], columns);
+    for (size_t i = 0; i < columns; i++) {
+        char name[UNIT_FIELD], unit[UNIT_FIELD] = "", text[2 * HDF5_TEXT];
+        if (names != NULL && snprintf(name, sizeof name, "%s", names + i * HDF5_TEXT) < (int)sizeof name) {
+            (void)snprintf(text, sizeof text, "%.300s/%.400s", path, name);
+            free(column[i].written);
+            column[i].written = copy_text(text);
+            unit_split(name, unit, "/_ ,:");
+            (void)snprintf(text, sizeof text, "%.300s/%.400s", path, name[0] != '\0' ? name : names + i * HDF5_TEXT);
+            free(column[i].name);
+            column[i].name = copy_text(text);
+        }
+        if (unit[0] != '\0' || units != NULL) {
+            free(column[i].unit);
+            column[i].unit = copy_text(units != NULL ? units + i * HDF5_TEXT : unit);
+        }
+    }
+    free(names);
+    free(units);
+}
+
 /* Attributes: the unit, and the name of one signal. */
 static void take_attributes(table_t *table, hid_t set, const char *name, size_t before) {
     static const char *const units[] = {"units", "unit", "Units", "Unit"};
@@ -112,27 +152,64 @@ static void take_attributes(table_t *table, hid_t set, const char *name, size_t 
     for (size_t i = 0; i < sizeof units / sizeof units[0] && unit[0] == '\0'; i++) {
         hdf5_read_text(set, units[i], unit, sizeof unit);
     }
+    char *const since = strstr(unit, " since "); /* "milliseconds since 2026-11-30", of netCDF */
+    if (since != NULL) {
+        *since = '\0';
+    }
     hdf5_read_text(set, "long_name", origin, sizeof origin);
     const bool scaled = has_factor(set);
-    for (size_t i = before < table->columns ? before : 0; i < table->columns; i++) {
+    for (size_t i = before; i < table->columns; i++) {
         take_texts(&table->column[i], name, unit, origin);
         table->column[i].scaled =
             table->column[i].scaled || (scaled && strncmp(table->column[i].written, name, strlen(name)) == 0);
     }
+    if (before < table->columns) {
+        name_columns(&table->column[before], table->columns - before, set, name);
+    }
     read_rate(table, set);
 }
 
+/* Why the numbers of a data set cannot be read, where it is packed in a way that needs a plugin of HDF5; else "". */
+static void missing_filter(hid_t set, char *text, size_t room) {
+    const hid_t list = H5Dget_create_plist(set);
+    const int filters = H5Pget_nfilters(list);
+    text[0] = '\0';
+    for (int i = 0; i < filters; i++) {
+        char name[40] = "";
+        unsigned flags;
+        size_t none = 0;
+        const H5Z_filter_t filter = H5Pget_filter2(list, (unsigned)i, &flags, &none, NULL, sizeof name, name, NULL);
+        if (filter >= 0 && H5Zfilter_avail(filter) <= 0) {
+            (void)snprintf(text, room, ": it is packed by %.40s (filter %d), unpack it (h5repack -f NONE)",
+                           name[0] != '\0' ? name : "another program", (int)filter);
+        }
+    }
+    H5Pclose(list);
+}
+
 static void take_numbers(table_t *table, hid_t set, const char *name, const hsize_t size[2]) {
-    const size_t before = table->columns;
+    const size_t columns = table->columns, rows = table->rows;
     double *value = allocate((size_t)(size[0] * size[1]), sizeof *value);
     if (H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0) {
         unpack(set, value, (size_t)(size[0] * size[1]));
         table_add_array(table, name, value, (size_t)size[0], (size_t)size[1], true);
-        take_attributes(table, set, name, before);
+        take_attributes(table, set, name, table->rows == rows ? columns : 0); /* longer ones take the others' place */
     } else {
-        table_note(table, "%s cannot be read", name);
+        char packed[140];
+        missing_filter(set, packed, sizeof packed);
+        table_note(table, "%s cannot be read%s", name, packed);
     }
     free(value);
+}
+
+/* Two parts of one number, as h5py and MATLAB write complex ones: a field alone is not the signal. */
+static bool is_complex(hid_t type) {
+    static const char *const parts[][2] = {{"r", "i"}, {"real", "imag"}};
+    bool found = false;
+    for (size_t i = 0; H5Tget_nmembers(type) == 2 && i < sizeof parts / sizeof parts[0]; i++) {
+        found = found || (H5Tget_member_index(type, parts[i][0]) == 0 && H5Tget_member_index(type, parts[i][1]) == 1);
+    }
+    return found;
 }
 
 /* One field of all elements of a data set of structures, as NumPy and pandas write tables. */
@@ -160,6 +237,8 @@ static void take(table_t *table, hid_t set, const char *name) {
     const bool sized = get_size(space, size);
     if ((class == H5T_FLOAT || class == H5T_INTEGER) && sized && is_matlab_number(set)) {
         take_numbers(table, set, name, size);
+    } else if (class == H5T_COMPOUND && is_complex(type)) {
+        table_note(table, "%s " TABLE_COMPLEX, name);
     } else if (class == H5T_COMPOUND && sized && size[1] == 1) {
         for (int i = 0; i < H5Tget_nmembers(type); i++) {
             take_field(table, set, type, (unsigned)i, (size_t)size[0]);
@@ -212,8 +291,9 @@ bool table_read_hdf5(table_t *table, const char *path, failure_t *failure) {
     H5Ovisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, &context);
     H5Fclose(file);
     if (table->columns == 0) {
-        fail(failure, "%s: no data set in it is a signal (one or two dimensions of real numbers)%s", path,
-             context.objects > 0 ? MATLAB_OBJECTS : "");
+        fail(failure, "%s: no data set in it is a signal (one or two dimensions of real numbers)%s%s%s", path,
+             table->notes > 0 && context.objects == 0 ? ": " : "",
+             table->notes > 0 && context.objects == 0 ? table->note[0] : "", context.objects > 0 ? MATLAB_OBJECTS : "");
         table_free(table);
         return false;
     }

@@ -12,7 +12,9 @@ enum { DEEPEST = 6, MOST_CELLS = 64, NAME_ROOM = 256 };
 /* The numbers of an array in double, column after column, or NULL if it holds none. */
 static double *numbers_of(const matvar_t *variable, size_t count) {
     double *value;
-    if (variable->isComplex || variable->data == NULL || variable->class_type == MAT_C_CHAR) {
+    /* Of a sparse matrix there are fewer numbers than elements. */
+    const bool numbers = variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64;
+    if (variable->isComplex || variable->data == NULL || !numbers) {
         return NULL;
     }
     value = allocate(count, sizeof *value);
@@ -221,7 +223,10 @@ static void take(table_t *table, matvar_t *variable, const char *name, int depth
             return;
         }
     }
-    table_note(table, "%s is no array of real numbers", name);
+    table_note(table, "%s %s", name,
+               variable->class_type == MAT_C_SPARSE ? "is a sparse matrix: save full() of it"
+               : variable->isComplex                ? TABLE_COMPLEX
+                                                    : "is no array of real numbers");
 }
 
 bool table_read_matlab(table_t *table, const char *path, failure_t *failure) {

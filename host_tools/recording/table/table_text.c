@@ -36,6 +36,11 @@ static bool is_passed_over(const char *line) {
            (at[0] == '#' && (at[1] == ' ' || at[1] == '\t' || at[1] == '\0'));
 }
 
+/* A row of a table without anything in it, as spreadsheets write hundreds of below the data. */
+static bool is_empty_row(const char *line) {
+    return line[strspn(line, " \t,;|\"")] == '\0';
+}
+
 /* The line before line `at`, blank ones apart, counted from 1; 0: none. */
 static size_t line_above(const text_source_t *source, size_t at) {
     while (at > 0 && text_is_blank(source->line[at - 1])) {
@@ -73,10 +78,10 @@ static size_t sample_lines(const text_source_t *source, size_t from, const char 
     size_t count = 0;
     for (size_t i = from; i < source->lines && count < SAMPLE_LINES; i += step) {
         size_t k = i;
-        while (k < source->lines && is_passed_over(source->line[k])) {
+        while (k < source->lines && (is_passed_over(source->line[k]) || is_empty_row(source->line[k]))) {
             k++;
         }
-        if (k < source->lines) {
+        if (k < source->lines && (count == 0 || sample[count - 1] != source->line[k])) {
             sample[count++] = source->line[k];
         }
     }
@@ -522,12 +527,33 @@ static bool check_signs(const text_source_t *source, const layout_t *layout, con
                                    signs.names, layout->begin + 1, signs.fields, problem);
 }
 
+/* Columns that there is no room for. */
+static void tell_beyond(table_t *table, const char *line, char separator) {
+    size_t fields = 0;
+    for (; line != NULL; fields++) {
+        const char *field;
+        size_t length;
+        line = text_next_field(line, separator, &field, &length);
+    }
+    if (fields > MOST_COLUMNS) {
+        char text[80];
+        (void)snprintf(text, sizeof text, "columns %d to %zu are not read, %d are", MOST_COLUMNS + 1, fields,
+                       MOST_COLUMNS);
+        table_note(table, "%s", text);
+        free(table->partial);
+        table->partial = copy_text(text);
+    }
+}
+
 bool table_read_text(table_t *table, const char *path, failure_t *failure) {
     text_source_t source;
     layout_t *layout = allocate(1, sizeof *layout);
     double **value = NULL;
     bool good = text_source_read(&source, path, failure);
     table_open(table, path, "text");
+    while (good && source.lines > 0 && is_empty_row(source.line[source.lines - 1])) {
+        source.lines--;
+    }
     if (good && source.lines == 0) {
         good = fail(failure, "%s: empty file", path);
     }
@@ -552,6 +578,7 @@ bool table_read_text(table_t *table, const char *path, failure_t *failure) {
             if (text_is_igor(&source)) {
                 text_find_igor_scales(table, (const char *const *)source.line, 0, source.lines);
             }
+            tell_beyond(table, source.line[layout->begin], layout->dialect.separator);
             if (layout->end < source.lines && !text_is_blank(source.line[layout->end])) {
                 const size_t behind = source.lines - layout->end;
                 table_note(table, "%zu line%s behind the data, from line %zu: '%.60s'", behind, behind == 1 ? "" : "s",

@@ -61,8 +61,8 @@ static bool is_one_of(const char *field, const char *const *keys, size_t count) 
 }
 
 bool text_is_unit_key(const char *field) {
-    static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit", "yunits",
-                                       "units",         "unit",         "vunit",      "vunits"};
+    static const char *const keys[] = {"verticalunits", "verticalunit", "yunitlabel", "yunit",     "yunits", "units",
+                                       "unit",          "vunit",        "vunits",     "einheiten", "einheit"};
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
@@ -78,8 +78,36 @@ bool text_is_name_key(const char *field) {
     return is_one_of(field, keys, sizeof keys / sizeof keys[0]);
 }
 
+/* "units: s V nm": what comes behind the key, where that is units and nothing else; or NULL. */
+static const char *behind_unit_key(const char *line) {
+    static const char between[] = " \t,;";
+    const size_t length = strcspn(line, ":=");
+    char key[60];
+    snprintf(key, sizeof key, "%.*s", (int)length, line);
+    if (line[length] == '\0' || !text_is_unit_key(key)) {
+        return NULL;
+    }
+    const char *const units = line + length + 1 + strspn(line + length + 1, between);
+    size_t count = 0;
+    for (const char *at = units; *at != '\0'; at += strspn(at, between), count++) {
+        char unit[TEXT_FIELD];
+        const size_t size = strcspn(at, between);
+        snprintf(unit, sizeof unit, "%.*s", (int)size, at);
+        if (!text_is_unit(unit)) {
+            return NULL;
+        }
+        at += size;
+    }
+    return count > 1 ? units : NULL;
+}
+
 const char *text_behind_list_key(const char *line) {
-    static const char *const keys[] = {"columns:", "column names:", "fields:", "data columns:"};
+    static const char *const keys[] = {
+        "columns:", "column names:", "fields:", "data columns:", "names:", "fancynames:", "spalten:"};
+    const char *const units = behind_unit_key(line);
+    if (units != NULL) {
+        return units;
+    }
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         const size_t length = strlen(keys[i]);
         if (strncasecmp(line, keys[i], length) == 0) {

@@ -35,7 +35,7 @@ bool text_is_label_key(const char *field);
 /** Whether a field is the key of a channel's name ("Source,CH1"). */
 bool text_is_source_key(const char *field);
 
-/** A header line without what says that names follow, "Columns: t, x". */
+/** A header line without what says that names or units follow, "Columns: t, x", "Units: s um". */
 const char *text_behind_list_key(const char *line);
 
 /** Facts by number, "# NAME0 = Target Position" or "UNIT1: um": `key` in small letters. Returns how many

@@ -32,15 +32,21 @@ static bool speaks_of_units(const char *line) {
     return false;
 }
 
+/* Of a line that speaks of units all that are in it; of another one those behind "in": "all positions in nm". */
 static void take_hints(table_t *table, const char *line, size_t number) {
+    const bool of_units = speaks_of_units(line);
+    bool behind_in = false;
     size_t length;
     for (const char *at = line; (at = next_word(at, &length)) != NULL; at += length) {
         char word[UNIT_FIELD];
         double scale;
         (void)snprintf(word, sizeof word, "%.*s", (int)length, at);
+        const bool counts = of_units || behind_in;
         const quantity_t quantity = unit_of(word, &scale);
+        behind_in = strcasecmp(word, "in") == 0;
         const bool wanted = quantity == QUANTITY_TIME || quantity == QUANTITY_VOLTAGE || quantity == QUANTITY_LENGTH;
-        if (wanted && scale != 1.0 && length > 1 && strcmp(word, "min") != 0 && table->unit_hint[quantity].line == 0) {
+        if (counts && wanted && scale != 1.0 && length > 1 && strcmp(word, "min") != 0 &&
+            table->unit_hint[quantity].line == 0) {
             table->unit_hint[quantity].line = number;
             table->unit_hint[quantity].scale = scale;
         }
@@ -49,9 +55,7 @@ static void take_hints(table_t *table, const char *line, size_t number) {
 
 static void look_through(table_t *table, const char *const *line, size_t from, size_t to) {
     for (size_t i = from; i < to; i++) {
-        if (speaks_of_units(line[i])) {
-            take_hints(table, line[i], i + 1);
-        }
+        take_hints(table, line[i], i + 1);
     }
 }
 

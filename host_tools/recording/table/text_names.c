@@ -329,7 +329,10 @@ static void find_heads(const text_source_t *source, const layout_t *layout, size
             found++;
         }
     }
-    const size_t of_names = of_units < HEADS ? of_units + 1 : 0;
+    size_t of_names = of_units < HEADS ? of_units + 1 : 0;
+    if (of_names >= found && of_units > 0 && of_units < found && count[of_units - 1] > 0) {
+        of_names = of_units - 1; /* units stand above the names */
+    }
     *units = *names = NULL;
     for (size_t i = 0; i < found; i++) {
         if (i == of_units) {

@@ -225,6 +225,13 @@ static void repair_signs(char *text, size_t *length) {
     *length = (size_t)(to - text);
 }
 
+/* Zeros behind the end, where a logger reserved room, and the sign for the end of a file of DOS. */
+static void cut_padding(char *text, size_t *length) {
+    while (*length > 0 && (text[*length - 1] == '\0' || text[*length - 1] == 0x1A)) {
+        text[--*length] = '\0';
+    }
+}
+
 static char *to_utf8(text_source_t *source, char *text, size_t *length) {
     const char *utf16 = NULL;
     if (*length >= 2 && memcmp(text, "\xff\xfe", 2) == 0) {
@@ -248,6 +255,7 @@ static char *to_utf8(text_source_t *source, char *text, size_t *length) {
         memmove(text, text + 3, *length + 1);
     }
     if (text != NULL) {
+        cut_padding(text, length);
         repair_signs(text, length);
     }
     return text;

@@ -257,6 +257,11 @@ function offerColumns(form, offered) {
   }
 }
 
+// Of another day than today the time alone says nothing.
+function whenChanged(date) {
+  return date.toDateString() === new Date().toDateString() ? date.toLocaleTimeString() : date.toLocaleDateString();
+}
+
 function onFiles(event) {
   files = event.files;
   document.querySelectorAll("select[data-kind]").forEach(fill);
@@ -273,7 +278,7 @@ function onFiles(event) {
       action.append(button);
     }
     row.append(name, element("td", file.kind), element("td", `${Math.max(1, Math.round(file.bytes / 1024))} kB`),
-      element("td", new Date(1000 * file.changed).toLocaleTimeString()), action);
+      element("td", whenChanged(new Date(1000 * file.changed))), action);
     return row;
   });
   byId("files").replaceChildren(...rows);
