@@ -465,8 +465,28 @@ static void test_a_range_that_is_absent_is_that_of_the_fit(void) {
     json_decref(json);
 }
 
+/* Rounded to 0.02 V, a drive of 160 V/s goes by up to 200 V/s from one sample to the next. A limit between the two would
+ * smooth the rounding; where it is looked for the drive itself goes faster. */
+static void test_a_limit_is_not_looked_for_within_the_rounding(void) {
+    const double true_v_per_s = 160.0;
+    probe_setting_t setting = {.sample_rate_hz = 2000.0, .largest_rate_v_per_s = 200.0, .seen.drive_step_v = 0.02};
+    double limit_v_per_s;
+    size_t count = 0;
+    while (block_amplifier_slew_limit.probe->probe(&setting, count, &limit_v_per_s)) {
+        TEST_ASSERT_TRUE(limit_v_per_s > 0.0 && limit_v_per_s < true_v_per_s);
+        count++;
+    }
+    TEST_ASSERT_TRUE(count > 0);
+    setting.seen.drive_step_v = 0.0; /* not rounded */
+    TEST_ASSERT_TRUE(block_amplifier_slew_limit.probe->probe(&setting, 0, &limit_v_per_s));
+    TEST_ASSERT_TRUE(limit_v_per_s > true_v_per_s);
+    setting.seen.drive_step_v = 0.2; /* it may not move at all */
+    TEST_ASSERT_FALSE(block_amplifier_slew_limit.probe->probe(&setting, 0, &limit_v_per_s));
+}
+
 int main(void) {
     UNITY_BEGIN();
+    RUN_TEST(test_a_limit_is_not_looked_for_within_the_rounding);
     RUN_TEST(test_slew_limit_makes_a_smaller_triangle_of_a_steep_one);
     RUN_TEST(test_slew_limit_does_not_depend_on_the_sample_rate);
     RUN_TEST(test_a_drive_within_the_slew_limit_passes_unchanged);

@@ -63,8 +63,8 @@ static void measure_lag(const sides_t *sides, taken_out_t *taken) {
     }
     taken->lag_s = products / squares;
     /* Tukey's jackknife */
-    taken->lag_sigma_s = sqrt((HELD_OUT_BLOCKS - 1.0) *
-                              gsl_stats_variance_with_fixed_mean(without, 1, HELD_OUT_BLOCKS, taken->lag_s));
+    taken->lag_sigma_s =
+        sqrt((HELD_OUT_BLOCKS - 1.0) * gsl_stats_variance_with_fixed_mean(without, 1, HELD_OUT_BLOCKS, taken->lag_s));
 }
 
 taken_out_t *taken_out_of(const answer_t *answer, failure_t *failure) {

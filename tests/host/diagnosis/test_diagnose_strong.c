@@ -84,6 +84,35 @@ static void test_a_sweep_through_a_mode_that_comes_late(void) {
     TEST_ASSERT_DOUBLE_WITHIN(0.02 * delay_s, delay_s, number_of("transport_delay", 0));
 }
 
+/* Triangles, then steps with rests, held. The bank that a contest begins with has no bends: beside the mode a curve of
+ * the position wins, and only beside both the limit of the rate, without which no number is right. */
+static void test_steps_through_a_limit_and_a_mode_of_bent_loops(void) {
+    enum { LINE = 800, LINES = 8, HOLD = 600 };
+    static const double corner[] = {50.0, 95.0, 5.0, 80.0, 20.0};
+    const double limit[] = {28000.0}, mode[] = {310.0, 0.02}, curve[] = {-0.04, -0.1, 7.5, 7.5};
+    double *drive = recording.column[COLUMN_DRIVE];
+    fill_lines(drive, SAMPLES, corner, sizeof corner / sizeof corner[0], LINE);
+    for (size_t k = LINE * LINES; k < SAMPLES; k++) {
+        drive[k] = k % HOLD == 0 ? 10.0 + 80.0 * random_unit(&rng) : drive[k - 1];
+    }
+    recording.held = true;
+    model_t limited, ringing;
+    insert_block(&limited, &truth, &block_amplifier_slew_limit, limit);
+    insert_block(&ringing, &limited, &block_resonance, mode);
+    measure_with(&recording, &ringing, &block_static_nonlinearity, curve, noise_um, &rng);
+    model_free(&limited);
+    model_free(&ringing);
+    TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
+    for (size_t f = 0; f < diagnosis.findings; f++) {
+        printf("%s, certainty %d\n", diagnosis.finding[f].block->name, (int)diagnosis.finding[f].certainty);
+    }
+    printf("held out %g -> %g, noise %g\n", diagnosis.baseline_held_out_percent, diagnosis.held_out_percent,
+           diagnosis.noise_percent);
+    TEST_ASSERT_EQUAL_INT(EXPLAINED, diagnosis.verdict);
+    TEST_ASSERT_DOUBLE_WITHIN(0.02 * mode[0], mode[0], number_of("resonance", 0));
+    TEST_ASSERT_DOUBLE_WITHIN(0.05 * limit[0], limit[0], number_of("amplifier_slew_limit", 0));
+}
+
 /* Tones that come again every two seconds never rest, and no block that is looked for first comes near two modes: what
  * a rich model leaves is a thousand times the noise, and then counted as noise. Passes differ by the noise alone. */
 static void test_two_modes_in_tones_that_repeat(void) {
@@ -120,6 +149,7 @@ int main(void) {
     RUN_TEST(test_rails_on_both_sides);
     RUN_TEST(test_a_mode_inside_the_band);
     RUN_TEST(test_a_sweep_through_a_mode_that_comes_late);
+    RUN_TEST(test_steps_through_a_limit_and_a_mode_of_bent_loops);
     RUN_TEST(test_two_modes_in_tones_that_repeat);
     return UNITY_END();
 }
