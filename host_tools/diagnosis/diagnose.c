@@ -167,7 +167,7 @@ static bool search_richer(state_t *state, shapes_t *shapes) {
 }
 
 static bool search_strong(state_t *state, shapes_t *shapes) {
-    trial_of_contest(state, shapes->given != NULL ? &shapes->shape[0].model : NULL);
+    trial_of_contest(state, shapes->given != NULL ? &shapes->shape[0].model : NULL, shapes->shape, shapes->count);
     return true;
 }
 

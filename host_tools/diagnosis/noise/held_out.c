@@ -98,8 +98,7 @@ static void order_by_paths(const cells_t *cells, held_out_t *order) {
     }
 }
 
-/* Near one end of the range (0: the low one). */
-static bool near_end(double drive_v, size_t end, const double range[2]) {
+bool drive_near_end(double drive_v, size_t end, const double range[2]) {
     return fabs(drive_v - range[end]) <= threshold.rails_show * (range[1] - range[0]);
 }
 
@@ -109,7 +108,7 @@ static double evenness(const recording_t *recording, size_t from, const held_out
     const double *drive = recording->column[COLUMN_DRIVE];
     double held = 0.0, all = 0.0;
     for (size_t k = from; k < recording->samples; k++) {
-        if (near_end(drive[k], end, range)) {
+        if (drive_near_end(drive[k], end, range)) {
             held += is_held_out(order, recording->samples, k) ? 1.0 : 0.0;
             all += 1.0;
         }

@@ -27,6 +27,9 @@ held_out_t held_out_usually(void);
  */
 held_out_t held_out_choose(const recording_t *recording, size_t from);
 
+/** Whether a value of the drive is near one end of its range (0: the low one), as rails show. */
+bool drive_near_end(double drive_v, size_t end, const double range[2]);
+
 /** Of so many samples, in 36 blocks. */
 bool is_held_out(const held_out_t *order, size_t samples, size_t sample);
 

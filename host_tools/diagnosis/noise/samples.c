@@ -88,21 +88,16 @@ bool samples_open(samples_t *samples, const model_t *model, const recording_t *r
     return true;
 }
 
-/* Near one end of the range (0: the low one). */
-static bool near_end(double drive_v, size_t end, const double range[2]) {
-    return fabs(drive_v - range[end]) <= threshold.rails_show * (range[1] - range[0]);
-}
-
 static void share_end(samples_t *samples, size_t i, size_t end, const double range[2]) {
     const double *drive = samples->recordings[i].column[COLUMN_DRIVE];
     unsigned char *part = samples->part + samples->begin[i];
     const held_out_t usual = held_out_usually();
     size_t there = 0, seen = 0;
     for (size_t k = 0; k < samples->recordings[i].samples; k++) {
-        there += part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range) ? 1 : 0;
+        there += part[k] != SAMPLE_LEFT_OUT && drive_near_end(drive[k], end, range) ? 1 : 0;
     }
     for (size_t k = 0; there > 0 && k < samples->recordings[i].samples; k++) {
-        if (part[k] != SAMPLE_LEFT_OUT && near_end(drive[k], end, range)) {
+        if (part[k] != SAMPLE_LEFT_OUT && drive_near_end(drive[k], end, range)) {
             part[k] = is_held_out(&usual, there, seen++) ? SAMPLE_HELD_OUT : SAMPLE_FITTED;
         }
     }

@@ -85,6 +85,7 @@ static bool weigh_without(state_t *state, const refit_t *with, const block_t *bl
     if (good) {
         const double gain = (double)samples->fitted * log(without.power.fitted / with->power.fitted);
         *finding = (finding_t){.block = block,
+                               .shape = block->probe->shape,
                                .t = sqrt(fmax(0.0, gain)),
                                .t_blocks = sqrt(fmax(0.0, gain)),
                                .certainty = NAMED,

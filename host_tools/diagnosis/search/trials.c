@@ -183,7 +183,8 @@ typedef struct {
     const baseline_t *baseline;
     size_t from;    /* of the shapes, the first that may be tried */
     double *least;  /* of each shape */
-    model_t *begin; /* of each: it as it was fitted beside what was found, without that, if that leaves the least */
+    model_t *begin; /* of each: it as it was fitted beside what was found, if that leaves the least; else empty */
+    bool together;  /* with what was found; else without */
 } promises_t;
 
 void baseline_put_into(baseline_t *shape, const model_t *chain) {
@@ -213,8 +214,9 @@ static void remove_found(const answer_t *answer, bool curves_only, model_t *mode
     }
 }
 
-/* What was found, but for curves, and this shape, fitted together. model: gets the shape, to be freed. */
-static double left_beside_found(const state_t *first, const model_t *shape, model_t *model) {
+/* What was found, but for curves, and this shape, fitted together. model: gets the shape, with or without that; to be
+ * freed. */
+static double left_beside_found(const state_t *first, const model_t *shape, bool together, model_t *model) {
     const answer_t *answer = &first->answer;
     joint_power_t power;
     failure_t refusal;
@@ -223,7 +225,9 @@ static double left_beside_found(const state_t *first, const model_t *shape, mode
     remove_found(answer, true, model);
     const bool good = joint_fit(&answer->question->samples, &answer->question->noise, model,
                                 blocks_fitted(answer, model), PROMISE_ITERATIONS, &power, &refusal);
-    remove_found(answer, false, model);
+    if (!together) {
+        remove_found(answer, false, model);
+    }
     return good ? power.held : HUGE_VAL;
 }
 
@@ -237,8 +241,9 @@ static void find_promise(void *context, size_t index) {
     const double beside_probes =
         baseline_says(&answer->question->samples, &answer->question->noise, baseline->held) ? baseline->held : HUGE_VAL;
     const double linear = raised(&answer->question->samples, &baseline->model, shape_found(answer), beside_probes);
-    const double beside_found = raised(&answer->question->samples, &baseline->model, false,
-                                       left_beside_found(promises->first, &baseline->model, &model));
+    const double beside_found =
+        raised(&answer->question->samples, &baseline->model, false,
+               left_beside_found(promises->first, &baseline->model, promises->together, &model));
     promises->least[shape] = fmin(linear, beside_found);
     if (beside_found < linear) {
         promises->begin[shape] = model;
@@ -284,15 +289,30 @@ static size_t most_promising(const double *least, const bool *tried, size_t shap
     return best;
 }
 
-/* The most promising first, as long as they may do better than the best so far. */
-void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes) {
+/* The blocks that were found, but for curves. Returns how many. */
+static size_t blocks_of(const answer_t *answer, const block_t **block) {
+    size_t count = 0;
+    for (size_t f = 0; f < answer->findings; f++) {
+        if (!answer->finding[f].shape && !answer->finding[f].in_readings) {
+            block[count++] = answer->finding[f].block;
+        }
+    }
+    return count;
+}
+
+/* The most promising first, as long as they may do better than the best so far. together: with what was found in the
+ * chain from the beginning. */
+static void try_others(state_t *state, const baseline_t *baseline, size_t shapes, bool together) {
     const answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     double least[TRIALS_MOST_SHAPES];
     bool tried[TRIALS_MOST_SHAPES] = {false};
     model_t begin[TRIALS_MOST_SHAPES] = {0};
     const size_t symmetric = symmetric_one(baseline, shapes), from = symmetric == 0 ? 0 : 1;
-    promises_t promises = {.first = state, .baseline = baseline, .from = from, .least = least, .begin = begin};
+    const block_t *found[DIAGNOSIS_MOST_FINDINGS];
+    const size_t blocks = together ? blocks_of(answer, found) : 0;
+    promises_t promises = {
+        .first = state, .baseline = baseline, .from = from, .least = least, .begin = begin, .together = together};
     parallel(shapes - from, find_promise, &promises);
     if (question->model_given && answer->remainder.structured) {
         least[1] = 0.0; /* the one that a search without a model begins with is tried in any case */
@@ -306,7 +326,7 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
         if (may_do_better(state, least[next]) &&
             !(next == shapes - 1 && for_curves_only && !shape_found(&state->answer))) {
             trial_t trial;
-            const begin_t elsewhere = {.model = &begin[next]};
+            const begin_t elsewhere = {.model = &begin[next], .block = found, .blocks = blocks};
             prepare(&trial, state, answer->question, &baseline[next].model, baseline[next].family);
             try_another(state, &trial, begin[next].blocks > 0 ? &elsewhere : NULL);
         }
@@ -314,6 +334,10 @@ void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes)
     for (size_t shape = 0; shape < shapes; shape++) {
         model_free(&begin[shape]);
     }
+}
+
+void trials_of_others(state_t *state, const baseline_t *baseline, size_t shapes) {
+    try_others(state, baseline, shapes, false);
 }
 
 /* Of the shapes, each fitted alone, the one that leaves least of the held-out samples. Returns its index; shapes: none
@@ -391,7 +415,23 @@ static bool try_winner(state_t *state, const baseline_t *bank, question_t *share
     return better;
 }
 
-void trial_of_contest(state_t *state, const model_t *chain) {
+/* A contest has a bank in the chain, whatever the hysteresis is. The first of a list is not tried. */
+static void try_shapes_of_winner(state_t *state, const baseline_t *baseline, size_t shapes) {
+    const family_t *bank = state->answer.family;
+    baseline_t list[TRIALS_MOST_SHAPES];
+    size_t count = 1;
+    list[0] = baseline[0];
+    for (size_t shape = 0; shape < shapes; shape++) {
+        if (baseline[shape].family == bank) {
+            list[0] = baseline[shape];
+        } else {
+            list[count++] = baseline[shape];
+        }
+    }
+    try_others(state, list, count, true);
+}
+
+void trial_of_contest(state_t *state, const model_t *chain, const baseline_t *baseline, size_t shapes) {
     const answer_t *answer = &state->answer;
     const question_t *question = answer->question;
     baseline_t bank, rough;
@@ -413,6 +453,8 @@ void trial_of_contest(state_t *state, const model_t *chain) {
     }
     if (!won) {
         question_free_shared(shared);
+    } else if (chain == NULL) {
+        try_shapes_of_winner(state, baseline, shapes);
     }
     baseline_free(&bank, 1);
     baseline_free(&rough, 1);

@@ -51,8 +51,9 @@ void trial_of_heard(state_t *state);
  * Where much more than noise is left, and no shape of hysteresis explains it, the search is made once more. It begins
  * with the blocks that win a contest (contest.h), and the bank that is best beside them, in this chain (NULL: alone).
  * That answer stands if it leaves less than contest_worth of the power, held out; its question is then another one,
- * with other samples held out (question_share_ends).
+ * with other samples held out (question_share_ends). Without a chain the other shapes are then tried in the bank's
+ * place, with the winners beside them from the beginning.
  */
-void trial_of_contest(state_t *state, const model_t *chain);
+void trial_of_contest(state_t *state, const model_t *chain, const baseline_t *shape, size_t shapes);
 
 #endif
