@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "look/path/reference.h"
 #include "look/path/reference_columns.h"
-#include "numerics/between.h"
 #include "numerics/autocorrelation.h"
+#include "numerics/between.h"
 #include "numerics/column_factor.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
