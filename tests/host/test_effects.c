@@ -465,8 +465,8 @@ static void test_a_range_that_is_absent_is_that_of_the_fit(void) {
     json_decref(json);
 }
 
-/* Rounded to 0.02 V, a drive of 160 V/s goes by up to 200 V/s from one sample to the next. A limit between the two would
- * smooth the rounding; where it is looked for the drive itself goes faster. */
+/* Rounded to 0.02 V, a drive of 160 V/s goes by up to 200 V/s from one sample to the next. A limit between the two
+ * would smooth the rounding; where it is looked for the drive itself goes faster. */
 static void test_a_limit_is_not_looked_for_within_the_rounding(void) {
     const double true_v_per_s = 160.0;
     probe_setting_t setting = {.sample_rate_hz = 2000.0, .largest_rate_v_per_s = 200.0, .seen.drive_step_v = 0.02};
