@@ -111,8 +111,8 @@ static void ring_behind_bend(const double *limit, const double *mode) {
     model_free(&ringing);
 }
 
-/* Triangles, then steps with rests, held. Towards what is held the voltage goes at the limit: taken for a ramp the drive
- * was ahead of it, and no mode was right. The bend is the hysteresis' own, and no finding. */
+/* Triangles, then steps with rests, held. Towards what is held the voltage goes at the limit: taken for a ramp the
+ * drive was ahead of it, and no mode was right. The bend is the hysteresis' own, and no finding. */
 static void test_steps_through_a_limit_and_a_mode_of_bent_loops(void) {
     enum { LINE = 800, LINES = 8, HOLD = 600 };
     static const double corner[] = {50.0, 95.0, 5.0, 80.0, 20.0};
