@@ -24,7 +24,7 @@ void chain_with_hysteresis_of(const model_t *from, const model_t *chain, model_t
  * beside what has since been taken out. Each of the shapes is fitted alone, and the one that leaves clearly less of the
  * held-out samples takes its place.
  */
-bool trial_of_shapes_alone(state_t *state, const baseline_t *shape, size_t shapes);
+bool trial_of_shapes_alone(state_t *state, const baseline_t *baseline, size_t shapes);
 
 /**
  * What two blocks do, a third may seem to do alone, and then hides them. Where a hysteresis of few numbers did not lead
@@ -54,6 +54,6 @@ void trial_of_heard(state_t *state);
  * with other samples held out (question_share_ends). Without a chain the other shapes are then tried in the bank's
  * place, with the winners beside them from the beginning.
  */
-void trial_of_contest(state_t *state, const model_t *chain, const baseline_t *shape, size_t shapes);
+void trial_of_contest(state_t *state, const model_t *chain, const baseline_t *baseline, size_t shapes);
 
 #endif
