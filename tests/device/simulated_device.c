@@ -10,6 +10,7 @@
 #include "registers/registers.h"
 #include "unity.h"
 #include <fcntl.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -121,7 +122,7 @@ static void run_loop(double *done_s) {
 }
 
 /* The loop's communication timeout, but by the clock of the host that the test looks at: the loop of this device runs
- * ahead of it. silence_s: surely without a request. */
+ * ahead of it. */
 static void watch(double silence_s) {
     uint16_t limit_ms = 0;
     registers_read(ADDRESS_watchdog, 1, &limit_ms);
@@ -257,18 +258,20 @@ static bool at_our_rate(int file) {
 static void serve(int file) {
     uint8_t request[512];
     size_t count = 0;
-    double done_s = monotonic_s();
-    double request_s = done_s; /* when the last one came that was served */
+    double done_s = monotonic_s(), before_s = done_s;
+    double silence_s = 0.0; /* since the last request that was served, as far as this process was there to hear one */
     const uint16_t locked = 0;
     fake_board_power_on(0);
     (void)registers_write(ADDRESS_unlock, 1, &locked);
     for (;;) {
         struct pollfd wait = {.fd = file, .events = POLLIN};
-        const double looked_s = monotonic_s();
         const int ready = poll(&wait, 1, 1);
+        const double now_s = monotonic_s();
+        silence_s += fmin(now_s - before_s, BEHIND_MOST_S);
+        before_s = now_s;
         run_loop(&done_s);
         if (ready <= 0) {
-            watch(looked_s - request_s); /* what has come since is not known, if this process had to wait */
+            watch(silence_s);
             continue;
         }
         const ssize_t got = read(file, request + count, sizeof request - count);
@@ -283,7 +286,7 @@ static void serve(int file) {
                 answer(file, request, length);
                 modbus_server_take_line();
             }
-            request_s = line->lost == lost ? monotonic_s() : request_s;
+            silence_s = line->lost == lost ? 0.0 : silence_s;
             count = 0;
         }
     }

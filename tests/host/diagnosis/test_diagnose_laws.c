@@ -218,10 +218,9 @@ static void test_what_is_heard_has_the_operators_numbers(void) {
     TEST_ASSERT_TRUE(finding->held_out_after_percent < 0.5 * finding->held_out_before_percent);
 }
 
-/* Nothing explains it, and a curve comes nearest. That is no finding: the hysteresis has bends of its own. (With three
- * times this noise a curve and an operator together leave too little to say so.) */
+/* Nothing explains it, and a curve comes nearest. That is no finding: the hysteresis has bends of its own. */
 static void test_a_curve_that_only_comes_near_is_none(void) {
-    make_product(noise_um / 30.0);
+    make_product(noise_um / 10.0);
     TEST_ASSERT_TRUE_MESSAGE(diagnose(NULL, &recording, 1, &diagnosis, &failure), failure.text);
     bool bend = false;
     for (size_t i = 0; i < diagnosis.considered; i++) {
