@@ -24,9 +24,16 @@ held_out_t held_out_usually(void) {
     return the_same_of_each(USUALLY);
 }
 
-bool is_held_out(const held_out_t *order, size_t samples, size_t sample) {
-    const size_t block = sample * HELD_OUT_BLOCKS / samples;
+static size_t block_of(size_t samples, size_t sample) {
+    return sample * HELD_OUT_BLOCKS / samples;
+}
+
+static bool block_is_held_out(const held_out_t *order, size_t block) {
     return order->of_three[block / HELD_OUT_EVERY] == block % HELD_OUT_EVERY;
+}
+
+bool is_held_out(const held_out_t *order, size_t samples, size_t sample) {
+    return block_is_held_out(order, block_of(samples, sample));
 }
 
 static void cells_count(const recording_t *recording, size_t from, cells_t *cells) {
@@ -42,7 +49,7 @@ static void cells_count(const recording_t *recording, size_t from, cells_t *cell
         turned += turned < turns.count && turns.at[turned] <= k ? 1 : 0;
         const double turn_v = drive[turned > 0 ? turns.at[turned - 1] : 0];
         const size_t level = (size_t)((drive[k] - range[0]) * scale), turn = (size_t)((turn_v - range[0]) * scale);
-        cells->in[turn * CELLS + level][(from + k) * HELD_OUT_BLOCKS / recording->samples]++;
+        cells->in[turn * CELLS + level][block_of(recording->samples, from + k)]++;
     }
     reversals_free(&turns);
 }
@@ -50,8 +57,7 @@ static void cells_count(const recording_t *recording, size_t from, cells_t *cell
 static void share_of_cell(const cells_t *cells, size_t cell, const held_out_t *order, double *held, double *all) {
     *held = *all = 0.0;
     for (size_t block = 0; block < HELD_OUT_BLOCKS; block++) {
-        *held +=
-            order->of_three[block / HELD_OUT_EVERY] == block % HELD_OUT_EVERY ? (double)cells->in[cell][block] : 0.0;
+        *held += block_is_held_out(order, block) ? (double)cells->in[cell][block] : 0.0;
         *all += (double)cells->in[cell][block];
     }
 }

@@ -7,38 +7,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_PERIOD = 3600, WIDTHS = 5 };
+enum { MOST_PERIOD = 3600, MOST_PERIODS = 40, WIDTHS = 5 };
 
 void setUp(void) {
 }
 void tearDown(void) {
 }
 
-/* The part of the held-out samples of a sine that no fitted one is near to: at most a fortieth of a period away. */
-static double part_alone(size_t periods, size_t period, double *held_part) {
+/* The part of the held-out samples that no fitted one is near to on the same path: at most a fortieth of a period away.
+ * path: of each period, its number. Frees the recording. */
+static double part_alone(recording_t *recording, size_t period, const size_t *path, double *held_part) {
+    static bool fitted[WIDTHS][MOST_PERIOD];
     const double weight = 0.1;
-    const size_t count = periods * period, near = period / 40;
-    recording_t recording;
+    const size_t near = period / 40;
     model_t model;
     samples_t samples;
     failure_t failure;
-    bool fitted[MOST_PERIOD] = {false};
     size_t alone = 0;
-    recording_create(&recording, "periods", 1000.0, count);
-    for (size_t k = 0; k < count; k++) {
-        const double drive = sin(2.0 * M_PI * (double)k / (double)period);
-        recording.column[COLUMN_DRIVE][k] = 50.0 + 50.0 * drive;
-        recording.column[COLUMN_DISPLACEMENT][k] = 5.0 * drive;
-    }
+    memset(fitted, 0, sizeof fitted);
     make_bank_model(&model, 1000.0, 0.0, 0, &weight, NULL);
-    TEST_ASSERT_TRUE_MESSAGE(samples_open(&samples, &model, &recording, 1, &failure), failure.text);
-    for (size_t k = 0; k < count; k++) {
-        fitted[k % period] = fitted[k % period] || samples.part[k] == SAMPLE_FITTED;
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&samples, &model, recording, 1, &failure), failure.text);
+    for (size_t k = 0; k < recording->samples; k++) {
+        fitted[path[k / period]][k % period] |= samples.part[k] == SAMPLE_FITTED;
     }
-    for (size_t k = 0; k < count; k++) {
+    for (size_t k = 0; k < recording->samples; k++) {
         bool there = false;
         for (size_t d = 0; d <= 2 * near; d++) {
-            there = there || fitted[(k + period + d - near) % period];
+            there = there || fitted[path[k / period]][(k + period + d - near) % period];
         }
         alone += samples.part[k] == SAMPLE_HELD_OUT && !there ? 1 : 0;
     }
@@ -46,8 +41,21 @@ static double part_alone(size_t periods, size_t period, double *held_part) {
     const double part = (double)alone / (double)samples.held;
     samples_close(&samples);
     model_free(&model);
-    recording_free(&recording);
+    recording_free(recording);
     return part;
+}
+
+/* Of a sine. */
+static double part_alone_of_periods(size_t periods, size_t period, double *held_part) {
+    static const size_t one_path[MOST_PERIODS];
+    recording_t recording;
+    recording_create(&recording, "periods", 1000.0, periods * period);
+    for (size_t k = 0; k < recording.samples; k++) {
+        const double drive = sin(2.0 * M_PI * (double)k / (double)period);
+        recording.column[COLUMN_DRIVE][k] = 50.0 + 50.0 * drive;
+        recording.column[COLUMN_DISPLACEMENT][k] = 5.0 * drive;
+    }
+    return part_alone(&recording, period, one_path, held_part);
 }
 
 /* Every third of 36 blocks of 6 or 12 periods is always the same part of them: all that is held out would be alone. */
@@ -56,7 +64,7 @@ static void test_no_phase_is_only_held_out(void) {
     for (size_t i = 0; i < sizeof periods / sizeof periods[0]; i++) {
         double held_part;
         const size_t period = MOST_PERIOD / periods[i] * 2;
-        const double alone = part_alone(periods[i], period, &held_part);
+        const double alone = part_alone_of_periods(periods[i], period, &held_part);
         printf("%zu periods: %.3f of the held-out samples alone, %.3f held out\n", periods[i], alone, held_part);
         TEST_ASSERT_TRUE(alone < 0.1);
         TEST_ASSERT_TRUE(held_part > 0.2 && held_part < 0.45); /* a third, but for whole blocks */
@@ -68,43 +76,22 @@ static void test_no_phase_is_only_held_out(void) {
 static double part_alone_of_widths(const size_t times[WIDTHS]) {
     enum { PERIOD = 1000, PERIODS = 12, COUNT = PERIOD * PERIODS };
     static const double width_v[WIDTHS] = {120.0, 48.0, 30.0, 72.0, 96.0};
-    const double weight = 0.1;
     recording_t recording;
-    model_t model;
-    samples_t samples;
-    failure_t failure;
-    static bool fitted[WIDTHS][PERIOD];
-    size_t width_of[PERIODS], periods = 0, alone = 0;
+    double held_part;
+    size_t width_of[PERIODS], periods = 0;
     for (size_t i = 0; i < WIDTHS; i++) {
         for (size_t n = 0; n < times[i]; n++) {
             width_of[periods++] = i;
         }
     }
     TEST_ASSERT_EQUAL_UINT(PERIODS, periods);
-    memset(fitted, 0, sizeof fitted);
     recording_create(&recording, "widths", 1000.0, COUNT);
     for (size_t k = 0; k < COUNT; k++) {
         const double phase = (double)(k % PERIOD) / PERIOD, up = phase < 0.5 ? 4.0 * phase - 1.0 : 3.0 - 4.0 * phase;
         recording.column[COLUMN_DRIVE][k] = 40.0 + 0.5 * width_v[width_of[k / PERIOD]] * up;
         recording.column[COLUMN_DISPLACEMENT][k] = 0.1 * recording.column[COLUMN_DRIVE][k];
     }
-    make_bank_model(&model, 1000.0, 0.0, 0, &weight, NULL);
-    TEST_ASSERT_TRUE_MESSAGE(samples_open(&samples, &model, &recording, 1, &failure), failure.text);
-    for (size_t k = 0; k < COUNT; k++) {
-        fitted[width_of[k / PERIOD]][k % PERIOD] |= samples.part[k] == SAMPLE_FITTED;
-    }
-    for (size_t k = 0; k < COUNT; k++) {
-        bool there = false;
-        for (size_t d = 0; d <= PERIOD / 20; d++) {
-            there = there || fitted[width_of[k / PERIOD]][(k + PERIOD + d - PERIOD / 40) % PERIOD];
-        }
-        alone += samples.part[k] == SAMPLE_HELD_OUT && !there ? 1 : 0;
-    }
-    const double part = (double)alone / (double)samples.held;
-    samples_close(&samples);
-    model_free(&model);
-    recording_free(&recording);
-    return part;
+    return part_alone(&recording, PERIOD, width_of, &held_part);
 }
 
 /* A drive that goes several paths, each again and again, has no period. */
