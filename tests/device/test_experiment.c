@@ -294,52 +294,39 @@ static void test_an_amplifier_that_somebody_parks_ends_the_run(void) {
     expect_line("the amplifier has parked (faults: none)");
 }
 
-/* At each request of a run: what the amplifier refuses then, it refuses because it has parked. A parking between the
- * setpoint and the mode takes the way to the start away. Nothing is the matter before it is armed, where it is parked
- * already, and after the last sample. */
-static void test_a_parking_at_any_time_is_called_so(void) {
+/* At each request of a run that is halted so: what the amplifier refuses then, it refuses because it has parked, or for
+ * the other reason. Nothing is the matter before it is armed, where it is parked already, and after the last sample. */
+static void expect_it_called_so(volatile unsigned *halt_after, const char *otherwise) {
     experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
     experiment.condition = false;
-    unsigned parked = 0;
+    unsigned halted = 0;
     for (unsigned after = 10; after <= 45; after++) {
         upload();
-        simulated_device_line()->park_after = after;
+        *halt_after = after;
         const bool good = experiment_run(device, &parameters, &experiment, &r, &events, &failure);
         if (!good) {
             TEST_ASSERT_TRUE_MESSAGE(strstr(failure.text, "the amplifier has parked (faults: none)") != NULL ||
-                                         strstr(failure.text, "the waveform begins at 45 V, and the amplifier's "
-                                                              "reference rests at 50: does somebody else move or "
-                                                              "park it?") != NULL,
+                                         strstr(failure.text, otherwise) != NULL,
                                      failure.text);
-            parked++;
+            halted++;
         }
         recording_free(&r);
-        simulated_device_line()->park_after = 0;
+        *halt_after = 0;
         TEST_ASSERT_TRUE_MESSAGE(device_command(device, COMMAND_DISARM, &failure), failure.text);
     }
-    TEST_ASSERT_GREATER_THAN_UINT(10, parked);
+    TEST_ASSERT_GREATER_THAN_UINT(10, halted);
+}
+
+/* A parking between the setpoint and the mode takes the way to the start away. */
+static void test_a_parking_at_any_time_is_called_so(void) {
+    expect_it_called_so(&simulated_device_line()->park_after,
+                        "the waveform begins at 45 V, and the amplifier's reference rests at 50: does somebody else "
+                        "move or park it?");
 }
 
 /* The same where it is switched off: nothing can be set in motion then, in no mode. */
 static void test_a_disarming_at_any_time_is_called_so(void) {
-    experiment_t experiment = experiment_of(HYST_MODE_DIRECT, WAVEFORM_SINE, 30.0, 45.0);
-    experiment.condition = false;
-    unsigned parked = 0;
-    for (unsigned after = 10; after <= 45; after++) {
-        upload();
-        simulated_device_line()->disarm_after = after;
-        const bool good = experiment_run(device, &parameters, &experiment, &r, &events, &failure);
-        if (!good) {
-            TEST_ASSERT_TRUE_MESSAGE(strstr(failure.text, "the amplifier has parked (faults: none)") != NULL ||
-                                         strstr(failure.text, "somebody else has switched the amplifier off") != NULL,
-                                     failure.text);
-            parked++;
-        }
-        recording_free(&r);
-        simulated_device_line()->disarm_after = 0;
-        TEST_ASSERT_TRUE_MESSAGE(device_command(device, COMMAND_DISARM, &failure), failure.text);
-    }
-    TEST_ASSERT_GREATER_THAN_UINT(10, parked);
+    expect_it_called_so(&simulated_device_line()->disarm_after, "somebody else has switched the amplifier off");
 }
 
 static int code_of(double volts) {
