@@ -12,8 +12,7 @@ typedef struct {
 
 static double after(const bouc_wen_t *model, double h, double travel) {
     bouc_wen_t walker = *model;
-    walker.input = 0.0;
-    walker.h = h;
+    bouc_wen_put(&walker, h);
     return bouc_wen_step(&walker, travel);
 }
 

@@ -3,119 +3,176 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* Part of the way in which the curve bends. For n = 1 and any steps this leaves 1e-6 of the largest h
- * (tests/host/test_bouc_wen.c). */
-static const double longest_step = 0.05;
+enum { MIDDLE = BOUC_WEN_CELLS / 2, TAIL = BOUC_WEN_CELLS - 2 };
 
-/* |h| beyond which there is no table; and the part of the limit of h that it goes further, h being rounded. */
-static const double longest_table = 4.0, beyond_limit = 0.01;
+/* What h comes to where the drive stays in its range, which is two half ranges. */
+static const double first_reach = 2.0;
 
-/* Cubics that have the power's value and slope at both ends of each cell. */
-static void make_table(bouc_wen_t *model) {
-    const double n = model->exponent,
-                 limit = pow(model->beta + model->gamma, -1.0 / n); /* infinite for gamma = -beta */
-    const double cell = fmin(longest_table, (1.0 + beyond_limit) * limit) / BOUC_WEN_CELLS;
-    double value = 0.0, slope = n == 1.0 ? cell : 0.0;
-    model->cells_per_h = 1.0 / cell;
-    for (int i = 0; i < BOUC_WEN_CELLS; i++) {
-        const double end_value = pow((i + 1) * cell, n), end_slope = n * end_value / (i + 1);
-        const double rise = end_value - value;
-        model->power[i][0] = value;
-        model->power[i][1] = slope;
-        model->power[i][2] = 3.0 * rise - 2.0 * slope - end_slope;
-        model->power[i][3] = slope + end_slope - 2.0 * rise;
-        value = end_value;
-        slope = end_slope;
+static bool reaches_limit(const bouc_wen_t *model) {
+    return model->reach == model->limit;
+}
+
+/* The last node: behind it the curve goes on in closed form if it ends at its limit. */
+static size_t last_node(const bouc_wen_t *model) {
+    return reaches_limit(model) ? TAIL : BOUC_WEN_CELLS;
+}
+
+static double value_at(const bouc_wen_t *model, size_t node) {
+    return model->reach * ((double)node - MIDDLE) / MIDDLE;
+}
+
+/* dh/du where |h|^n is this: while h grows, and while it comes back to 0. */
+static double growing(const bouc_wen_t *model, double power) {
+    return 1.0 - (model->beta + model->gamma) * power;
+}
+static double returning(const bouc_wen_t *model, double power) {
+    return 1.0 + (model->beta - model->gamma) * power;
+}
+
+/* The way through a cell is the integral of du/dh: two points of Gauss. */
+static void make_curve(bouc_wen_t *model, double reach) {
+    static const double gauss = 0.28867513459481287; /* 1 / (2 sqrt 3) */
+    const double cell = reach / MIDDLE;
+    double back[MIDDLE], on[MIDDLE]; /* of the cells on either side of h = 0, from there on */
+    model->reach = reach;
+    for (size_t i = 0; i < MIDDLE; i++) {
+        const double here = pow((double)i * cell, model->exponent), middle = (double)i + 0.5;
+        const double before = pow((middle - gauss) * cell, model->exponent);
+        const double behind = pow((middle + gauss) * cell, model->exponent);
+        model->slope[MIDDLE - i] = returning(model, here);
+        model->slope[MIDDLE + i] = growing(model, here); /* h = 0: 1 of both */
+        back[i] = 0.5 * cell * (1.0 / returning(model, before) + 1.0 / returning(model, behind));
+        on[i] = 0.5 * cell * (1.0 / growing(model, before) + 1.0 / growing(model, behind));
     }
+    const double end = pow(reach, model->exponent);
+    model->slope[0] = returning(model, end);
+    model->slope[BOUC_WEN_CELLS] = growing(model, end);
+    model->way[0] = 0.0;
+    for (size_t i = 0; i < BOUC_WEN_CELLS; i++) {
+        model->way[i + 1] = model->way[i] + (i < MIDDLE ? back[MIDDLE - 1 - i] : on[i - MIDDLE]);
+    }
+}
+
+/* Where |h| comes to beyond the curve's end. */
+static void reach_for(bouc_wen_t *model, double h) {
+    double reach = fmax(first_reach, model->reach);
+    while (reach < h) {
+        reach *= 2.0;
+    }
+    make_curve(model, 2.0 * reach > model->limit ? model->limit : reach);
 }
 
 void bouc_wen_open(bouc_wen_t *model, double beta, double gamma, double exponent) {
-    *model = (bouc_wen_t){
-        .beta = beta, .gamma = gamma, .exponent = exponent, .bend = exponent * pow(2.0 * beta, 1.0 / exponent)};
-    make_table(model);
+    model->beta = beta;
+    model->gamma = gamma;
+    model->exponent = exponent;
+    model->limit = pow(beta + gamma, -1.0 / exponent);
+    model->reach = 0.0;
+    bouc_wen_put(model, 0.0);
+    reach_for(model, 0.0);
 }
 
-/* Where the power begins it has no cubic, for exponents near 1. */
-static bool in_table(double place) {
-    return place >= 1.0 && place < BOUC_WEN_CELLS;
+void bouc_wen_put(bouc_wen_t *model, double h) {
+    model->input = 0.0;
+    model->h = h;
+    model->direction = 0.0;
 }
 
-static double power_of(const bouc_wen_t *model, double size) {
-    const double place = size * model->cells_per_h;
-    if (!in_table(place)) {
-        return pow(size, model->exponent);
-    }
-    const int i = (int)place;
-    const double x = place - i, *c = model->power[i];
-    return c[0] + x * (c[1] + x * (c[2] + x * c[3]));
-}
-
-/* gamma + beta sgn(u' h) */
-static double pull(const bouc_wen_t *model, double direction, double h) {
-    return model->gamma + (direction * h > 0.0 ? model->beta : -model->beta);
-}
-
-/* dh/du while the drive goes in this direction. */
-static double slope_of(const bouc_wen_t *model, double direction, double h) {
-    return 1.0 - pull(model, direction, h) * power_of(model, fabs(h));
-}
-
-static double runge_kutta(const bouc_wen_t *model, double direction, double h, double d) {
-    const double s1 = slope_of(model, direction, h), s2 = slope_of(model, direction, h + 0.5 * d * s1);
-    const double s3 = slope_of(model, direction, h + 0.5 * d * s2), s4 = slope_of(model, direction, h + d * s3);
-    return h + d / 6.0 * (s1 + 2.0 * (s2 + s3) + s4);
-}
-
-/* Taylor's series of the same order, from one place in the table. With q = |h| in cells, w the way in cells away from
- * 0, and dq/dw = f = 1 - pull q^n:
+/*
+ * Near the limit, with e the distance to it and r = (n - 1) / 2, both in units of the limit, and w the way likewise,
  *
- *     q + w f (1 + f1 / 2 + (f2 + f1^2) / 6 + (f3 + 4 f2 f1 + f1^3) / 24),   f1 = f' w, f2 = f'' f w^2, f3 = f''' f^2
- * w^3
+ *     de/dw = 1 - (1 - e)^n = n e (1 - r e + ...)   has the solution   e = e0 x / (1 - r e0 (1 - x)),  x = exp(-n w)
  *
- * Over several cells, or half of the way to 0, that is not the power any more; Runge and Kutta look where they go. */
-static double one_step(const bouc_wen_t *model, double direction, double h, double d) {
-    static const double furthest = 4.0; /* cells */
-    const double q = fabs(h) * model->cells_per_h, w = copysign(d * model->cells_per_h, direction * h);
-    if (!in_table(q)) {
-        return runge_kutta(model, direction, h, d);
-    }
-    const int i = (int)q;
-    const double x = q - i, *c = model->power[i], part = -pull(model, direction, h) * w;
-    const double f = 1.0 - pull(model, direction, h) * (c[0] + x * (c[1] + x * (c[2] + x * c[3])));
-    if (!(fabs(w * f) <= fmin(furthest, 0.5 * q))) {
-        return runge_kutta(model, direction, h, d);
-    }
-    const double f1 = part * (c[1] + x * (2.0 * c[2] + x * 3.0 * c[3]));
-    const double f2 = part * w * f * (2.0 * c[2] + x * 6.0 * c[3]), f3 = part * w * w * f * f * 6.0 * c[3];
-    return h + d * f * (1.0 + f1 / 2.0 + (f2 + f1 * f1) / 6.0 + (f3 + (4.0 * f2 + f1 * f1) * f1) / 24.0);
+ * The next term is (n - 1) (n - 2) e^2 / 6: 9e-4 of e for n = 20, and e is a 256th at most.
+ */
+static const double tail_begins = (double)(BOUC_WEN_CELLS - TAIL) / MIDDLE;
+
+static double tail_value(const bouc_wen_t *model, double way) {
+    const double r = 0.5 * (model->exponent - 1.0), x = exp(-model->exponent * way / model->limit);
+    return model->limit * (1.0 - tail_begins * x / (1.0 - r * tail_begins * (1.0 - x)));
 }
 
-/* The slope has a kink at h = 0: a step across it stops there. Newton from where the secant says, the slope being 1. */
-static double advance(const bouc_wen_t *model, double direction, double h, double d) {
-    const double after = one_step(model, direction, h, d);
-    if (h * after >= 0.0) {
-        return after;
+static double tail_way(const bouc_wen_t *model, double h) {
+    const double r = 0.5 * (model->exponent - 1.0), e = fmax(1.0 - h / model->limit, 0.0);
+    const double x = e * (1.0 - r * tail_begins) / (tail_begins * (1.0 - r * e));
+    return -log(fmin(x, 1.0)) * model->limit / model->exponent;
+}
+
+/* In a cell h is the cubic of the way that has its values and slopes at both ends. */
+typedef struct {
+    double length, c[4];
+} cubic_t;
+
+static cubic_t cubic_of(const bouc_wen_t *model, size_t cell) {
+    const double length = model->way[cell + 1] - model->way[cell], rise = model->reach / MIDDLE;
+    const double begin = model->slope[cell] * length, end = model->slope[cell + 1] * length;
+    return (cubic_t){length, {value_at(model, cell), begin, 3.0 * rise - 2.0 * begin - end, begin + end - 2.0 * rise}};
+}
+
+static double cubic_value(const cubic_t *cubic, double x) {
+    return cubic->c[0] + x * (cubic->c[1] + x * (cubic->c[2] + x * cubic->c[3]));
+}
+
+/* Newton, from where a straight line would be: of a curve that hardly bends in the cell. */
+static double cubic_place(const cubic_t *cubic, double h, double rise) {
+    double x = (h - cubic->c[0]) / rise;
+    for (int i = 0; i < 4; i++) {
+        x -= (cubic_value(cubic, x) - h) / (cubic->c[1] + x * (2.0 * cubic->c[2] + x * 3.0 * cubic->c[3]));
     }
-    double to_zero = d * h / (h - after);
-    to_zero -= runge_kutta(model, direction, h, to_zero);
-    return runge_kutta(model, direction, 0.0, d - to_zero);
+    return fmax(0.0, fmin(1.0, x));
+}
+
+/* A branch begins where h is in the new direction: on the curve at this place. */
+static void begin_branch(bouc_wen_t *model, double direction) {
+    const double h = direction * model->h, rise = model->reach / MIDDLE;
+    model->direction = direction;
+    if (h >= value_at(model, last_node(model))) {
+        model->cell = last_node(model);
+        model->gone = model->way[model->cell] + (reaches_limit(model) ? tail_way(model, h) : 0.0);
+        return;
+    }
+    model->cell = (size_t)fmax(0.0, floor((h + model->reach) / rise));
+    const cubic_t cubic = cubic_of(model, model->cell);
+    model->gone = model->way[model->cell] + cubic.length * cubic_place(&cubic, h, rise);
+}
+
+static double h_here(const bouc_wen_t *model) {
+    if (model->cell >= last_node(model)) {
+        return tail_value(model, model->gone - model->way[model->cell]);
+    }
+    const cubic_t cubic = cubic_of(model, model->cell);
+    return cubic_value(&cubic, (model->gone - model->way[model->cell]) / cubic.length);
 }
 
 double bouc_wen_step(bouc_wen_t *model, double u) {
-    const double way = u - model->input, direction = way < 0.0 ? -1.0 : 1.0;
+    double way = fabs(u - model->input);
+    const double direction = u < model->input ? -1.0 : 1.0;
     if (way == 0.0) {
         return model->h;
     }
-    const int steps = 1 + (int)fmin(fabs(way) * model->bend / longest_step, 1e4);
-    for (int i = 0; i < steps; i++) {
-        model->h = advance(model, direction, model->h, way / steps);
+    if (fabs(model->h) > model->reach && !reaches_limit(model)) {
+        reach_for(model, fabs(model->h));
+        model->direction = 0.0;
+    }
+    if (direction != model->direction) {
+        begin_branch(model, direction);
+    }
+    while (!reaches_limit(model) && model->gone + way > model->way[BOUC_WEN_CELLS]) {
+        way -= model->way[BOUC_WEN_CELLS] - model->gone;
+        model->h = direction * model->reach;
+        reach_for(model, 2.0 * model->reach);
+        begin_branch(model, direction);
+    }
+    model->gone += way;
+    while (model->cell < last_node(model) && model->gone >= model->way[model->cell + 1]) {
+        model->cell++;
     }
     model->input = u;
+    model->h = direction * h_here(model);
     return model->h;
 }
 
 double bouc_wen_settle(bouc_wen_t *model, double u) {
-    model->h = 0.0;
-    model->input = 0.0;
+    bouc_wen_put(model, 0.0);
     return bouc_wen_step(model, u);
 }

@@ -4,30 +4,35 @@
  *
  *     dh/du = 1 - (gamma + beta sgn(u' h)) |h|^n
  *
- * The equation is rate-independent: it depends on the path of the drive u, not on time. The path between samples is
- * integrated by a fourth-order method in steps that are small against the curvature, so that the sample rate does not
- * matter. |h|^n comes from a table of cubics.
+ * The equation is rate-independent: it depends on the path of the drive u, not on time. While the drive goes one way, h
+ * depends on the way alone, and every such branch is a piece of one curve. So the curve is integrated once, and a move
+ * of any length is a look into it: neither the sample rate nor how steep the branches are matters.
  *
- * For gamma >= -0.8 beta the error is below 2e-5 of the largest h, and below 2e-6 for n from 2 to 6
- * (tests/host/test_bouc_wen.c). For smaller gamma, large n and large h, branches become too steep for these steps.
+ * The error is below 1e-6 of the largest h, or of its limit (tests/host/test_bouc_wen.c).
  */
 #ifndef BOUC_WEN_H
 #define BOUC_WEN_H
 
-enum { BOUC_WEN_CELLS = 256 };
+#include <stddef.h>
+
+enum { BOUC_WEN_CELLS = 1024, BOUC_WEN_NODES = BOUC_WEN_CELLS + 1 };
 
 typedef struct {
     double beta, gamma, exponent; /**< |gamma| <= beta, exponent >= 1 */
-    double bend;                  /**< largest curvature per unit of path */
     double input, h;              /**< of the last sample */
-    double cells_per_h;           /**< the table ends above the limit of h, or at 4 */
-    double power[BOUC_WEN_CELLS]
-                [4]; /**< |h|^n in each cell: coefficients of a cubic in the position within the cell, 0 to 1 */
+    double limit;                 /**< of |h|; infinite for gamma = -beta */
+    /** The curve at evenly spaced values of h in the drive's direction, from -reach to reach: the way from its
+     * beginning, and dh/du. Its end is the limit, if that is not far beyond; else it grows when h comes there. */
+    double reach, way[BOUC_WEN_NODES], slope[BOUC_WEN_NODES];
+    double direction, gone; /**< of the present branch: 1, -1, or 0 before the first move; way from the beginning */
+    size_t cell;            /**< in which that is */
 } bouc_wen_t;
 
 /** At rest at u = 0 with h = 0. */
 void bouc_wen_open(bouc_wen_t *model, double beta, double gamma, double exponent);
 
+/** At rest at u = 0 with this h. */
+void bouc_wen_put(bouc_wen_t *model, double h);
 /** h = 0 at u = 0, then a move to u. Returns h. */
 double bouc_wen_settle(bouc_wen_t *model, double u);
 /** One sample. Returns h. */
