@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
+#include "amplifier/device/arming.h"
 #include "base/monotonic_clock.h"
 #include "hyst/cost.h"
 #include "store/parameter_store.h"

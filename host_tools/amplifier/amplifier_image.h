@@ -3,7 +3,7 @@
 #ifndef AMPLIFIER_IMAGE_H
 #define AMPLIFIER_IMAGE_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "hyst/parameters.h"
 
 /** Reads the image in force. */

@@ -6,7 +6,7 @@
 #ifndef BACKUP_H
 #define BACKUP_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include <jansson.h>
 
 /** A new reference, or NULL. */

@@ -3,7 +3,7 @@
 #ifndef CAPTURE_READER_H
 #define CAPTURE_READER_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 
 typedef struct {
     device_t *device;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/driving.h"
-#include "amplifier/restart.h"
+#include "amplifier/device/restart.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "loop/telemetry.h"

@@ -10,8 +10,8 @@
 #ifndef DRIVING_H
 #define DRIVING_H
 
-#include "amplifier/device.h"
-#include "amplifier/mode_names.h"
+#include "amplifier/device/device.h"
+#include "amplifier/device/mode_names.h"
 
 typedef struct {
     bool (*play)(device_t *device, void *context, failure_t *failure);

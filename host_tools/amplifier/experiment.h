@@ -6,7 +6,7 @@
 #ifndef EXPERIMENT_H
 #define EXPERIMENT_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "amplifier/probe_plan.h"
 #include "amplifier/waveform.h"
 #include "hyst/parameters.h"

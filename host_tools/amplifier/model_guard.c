@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/model_guard.h"
-#include "amplifier/mode_names.h"
-#include "amplifier/restart.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/restart.h"
+#include "amplifier/device/sample_number.h"
 #include "amplifier/sampling_note.h"
 #include "amplifier/stage_supply.h"
 #include "base/monotonic_clock.h"

@@ -9,7 +9,7 @@
 #ifndef MODEL_GUARD_H
 #define MODEL_GUARD_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "hyst/parameters.h"
 #include "recording/recording.h"
 #include <math.h>

@@ -3,7 +3,7 @@
 #ifndef SAMPLING_NOTE_H
 #define SAMPLING_NOTE_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "recording/recording.h"
 
 /**

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/stream_reader.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/sample_number.h"
 #include "base/monotonic_clock.h"
 #include <math.h>
 #include <string.h>

@@ -12,7 +12,7 @@
 #ifndef STREAM_READER_H
 #define STREAM_READER_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "loop/capture.h"
 
 /** Registers of a block's frames. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_line/device_options.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "base/stop_signal.h"
 #include "command_line/print.h"
 #include <signal.h>

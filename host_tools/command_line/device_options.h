@@ -3,7 +3,7 @@
 #ifndef DEVICE_OPTIONS_H
 #define DEVICE_OPTIONS_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "command_line/command_line.h"
 
 /** Lines of an option_t table that fill a device_options_t. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/line_change.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/line_change.h"
+#include "amplifier/device/opening.h"
 #include "base/json_output.h"
 #include "command_line/device_options.h"
 #include "commands/command.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/mode_names.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/sample_number.h"
 #include "base/json_output.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/mode_names.h"
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
-#include "amplifier/mode_names.h"
 #include "command_line/device_options.h"
 #include "command_line/waveform_options.h"
 #include "commands/command.h"

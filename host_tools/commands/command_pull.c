@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "base/json_output.h"
 #include "base/shown_name.h"
 #include "command_line/device_options.h"

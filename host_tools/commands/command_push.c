@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/image_difference.h"
-#include "amplifier/opening.h"
 #include "base/json_output.h"
 #include "base/shown_name.h"
 #include "command_line/device_options.h"

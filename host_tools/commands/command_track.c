@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/mode_names.h"
+#include "amplifier/device/mode_names.h"
 #include "base/output_file.h"
 #include "command_line/device_options.h"
 #include "command_line/waveform_options.h"

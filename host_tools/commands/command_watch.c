@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/model_guard.h"
-#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "base/output_file.h"
 #include "base/stop_signal.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "commands/halt_command.h"
+#include "amplifier/device/mode_names.h"
 #include "amplifier/driving.h"
-#include "amplifier/mode_names.h"
 #include "base/json_output.h"
 #include "command_line/device_options.h"
 #include "command_line/print.h"

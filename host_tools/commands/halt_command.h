@@ -3,7 +3,7 @@
 #ifndef HALT_COMMAND_H
 #define HALT_COMMAND_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "command_line/command_line.h"
 
 typedef struct {

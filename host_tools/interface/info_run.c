@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/info_run.h"
 #include "amplifier/amplifier_image.h"
-#include "amplifier/mode_names.h"
+#include "amplifier/device/mode_names.h"
 #include "compile/compile.h"
 #include "compile/hysteresis_text.h"
 #include <stdio.h>

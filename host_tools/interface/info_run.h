@@ -3,7 +3,7 @@
 #ifndef INFO_RUN_H
 #define INFO_RUN_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "hyst/parameters.h"
 #include <jansson.h>
 

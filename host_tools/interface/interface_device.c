@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The amplifier of hyst_interface.h. */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/driving.h"
-#include "amplifier/mode_names.h"
 #include "amplifier/model_guard.h"
-#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "base/stop_signal.h"
 #include "compile/compile.h"

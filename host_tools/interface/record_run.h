@@ -3,7 +3,7 @@
 #ifndef RECORD_RUN_H
 #define RECORD_RUN_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "amplifier/experiment.h"
 #include <math.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "interface/track_run.h"
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/mode_names.h"
 #include "amplifier/driving.h"
-#include "amplifier/mode_names.h"
 #include "base/json_output.h"
 #include "compile/compile.h"
 #include <math.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "serve/line_keeper.h"
 #include "amplifier/amplifier_image.h"
-#include "amplifier/opening.h"
-#include "amplifier/restart.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/opening.h"
+#include "amplifier/device/restart.h"
+#include "amplifier/device/sample_number.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "loop/telemetry.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "serve/live.h"
 #include "amplifier/amplifier_image.h"
-#include "amplifier/mode_names.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/sample_number.h"
 #include "base/json_output.h"
 #include "compile/compile.h"
 #include "loop/telemetry.h"

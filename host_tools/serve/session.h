@@ -12,7 +12,7 @@
 #ifndef SESSION_H
 #define SESSION_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include <signal.h>
 
 typedef struct session session_t;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "client_at_line.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "simulated_device.h"
 #include "unity.h"
 #include <string.h>

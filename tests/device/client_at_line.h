@@ -6,7 +6,7 @@
 #ifndef CLIENT_AT_LINE_H
 #define CLIENT_AT_LINE_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 
 /** Short, so that faults cost little time, and long enough for a loaded machine to answer. */
 #define TIMEOUT_S 0.25

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "command_at_line.h"
 #include "amplifier/amplifier_image.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "base/monotonic_clock.h"
 #include "loop/telemetry.h"
 #include "simulated_device.h"

@@ -6,7 +6,7 @@
 #ifndef COMMAND_AT_LINE_H
 #define COMMAND_AT_LINE_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include <sys/types.h>
 
 /** For what surely comes: a process that ends, a run that begins. */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What is kept of an amplifier, put back, and told of a difference; and a table that plays on. */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
 #include "amplifier/backup.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
 #include "amplifier/image_difference.h"
-#include "amplifier/opening.h"
 #include "loop/telemetry.h"
 #include "motion/source.h"
 #include "simulated_device.h"

@@ -2,9 +2,9 @@
 /* The Modbus client against lines that lose, delay, damage and repeat: it recovers, or says in one line what is wrong.
  */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
-#include "amplifier/device.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/device.h"
+#include "amplifier/device/opening.h"
 #include "base/monotonic_clock.h"
 #include "base/provenance.h"
 #include "client_at_line.h"

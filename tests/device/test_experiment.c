@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Upload and experiments against the application itself, whose actuator follows the drive one to one. */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
 #include "amplifier/capture_reader.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/opening.h"
+#include "amplifier/device/restart.h"
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
-#include "amplifier/opening.h"
-#include "amplifier/restart.h"
 #include "chain/fit_ranges.h"
 #include "compile/compile.h"
 #include "simulated_device.h"

@@ -3,7 +3,7 @@
  * Commands beside somebody who drives: stop, park, push, monitor, and a play that goes on. The command itself, against
  * the application behind a simulated line.
  */
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "base/monotonic_clock.h"
 #include "command_at_line.h"
 #include "loop/telemetry.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* What `hyst info` makes of registers. */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "interface/info_run.h"
 #include "simulated_device.h"
 #include "unity.h"

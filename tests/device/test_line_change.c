@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* A change of the line's settings: whatever is lost on the way, the amplifier is found, or what is said is where it can
  * be. */
-#include "amplifier/line_change.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/line_change.h"
+#include "amplifier/device/opening.h"
 #include "base/monotonic_clock.h"
 #include "client_at_line.h"
 #include "loop/telemetry.h"

@@ -4,8 +4,8 @@
  * `hyst diagnose` makes of one.
  */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/experiment.h"
-#include "amplifier/opening.h"
 #include "compile/compile.h"
 #include "diagnosis/diagnose.h"
 #include "simulated_device.h"

@@ -4,8 +4,8 @@
  * gap is reported. A sine is played, so that each frame shows by its value which one it is.
  */
 #include "amplifier/amplifier_image.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/model_guard.h"
-#include "amplifier/opening.h"
 #include "amplifier/stream_reader.h"
 #include "fake_board.h"
 #include "hyst/compensator.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* `hyst watch`: neither a full disk, nor Ctrl-C, nor its end takes the line, or the amplifier, with it. */
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "base/monotonic_clock.h"
 #include "chain/model.h"
 #include "command_at_line.h"

@@ -8,9 +8,9 @@
  * square. Both together are 1.1 times the noise, and the limit is at twice what was usual.
  */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/model_guard.h"
-#include "amplifier/opening.h"
 #include "chain/catalogue.h"
 #include "compile/compile.h"
 #include "loop/telemetry.h"

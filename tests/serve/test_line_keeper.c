@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The owner of the line: a stop overtakes work, a line that is cut comes back. Against the simulated amplifier. */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/driving.h"
 #include "amplifier/experiment.h"
-#include "amplifier/opening.h"
 #include "base/monotonic_clock.h"
 #include "loop/telemetry.h"
 #include "serve/line_keeper.h"

@@ -5,9 +5,9 @@
  * tests, in the order of main().
  */
 #include "amplifier/amplifier_image.h"
-#include "amplifier/arming.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/opening.h"
 #include "amplifier/experiment.h"
-#include "amplifier/opening.h"
 #include "amplifier/stream_reader.h"
 #include "base/monotonic_clock.h"
 #include "bench_process.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #include "emulated_h405.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/opening.h"
 #include "bench/emulator.h"
 #include "command_line/print.h"
 #include "unity.h"

@@ -4,7 +4,7 @@
 #ifndef EMULATED_H405_H
 #define EMULATED_H405_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 #include "peripheral_log.h"
 
 /* Emulated time follows the instructions, so it may be slow. What takes longer than this hangs. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/serial_line.h"
+#include "amplifier/line/serial_line.h"
 #include "base/stop_signal.h"
 #include "registers/control.h"
 #include "registers/register_table.h"

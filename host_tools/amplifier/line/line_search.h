@@ -3,7 +3,7 @@
 #ifndef LINE_SEARCH_H
 #define LINE_SEARCH_H
 
-#include "amplifier/serial_line.h"
+#include "amplifier/line/serial_line.h"
 
 /**
  * Asks once at every other rate and parity that an amplifier can have (LINE_BAUD_MIN to LINE_BAUD_MAX, as far as

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/line_search.h"
+#include "amplifier/line/line_search.h"
 #include "registers/register_table.h"
 #include "store/parameter_store.h"
 #include <math.h>

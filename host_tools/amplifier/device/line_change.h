@@ -3,7 +3,7 @@
 #ifndef LINE_CHANGE_H
 #define LINE_CHANGE_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 
 /** As its registers say them: in force, unless a master has noted others since. */
 bool line_read(device_t *device, line_settings_t *line, failure_t *failure);

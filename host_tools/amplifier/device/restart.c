@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/restart.h"
-#include "amplifier/device_state.h"
-#include "amplifier/register_words.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/restart.h"
+#include "amplifier/device/device_state.h"
+#include "amplifier/device/register_words.h"
+#include "amplifier/device/sample_number.h"
 
 static bool read_start(device_t *device, int64_t now[REGISTER_COUNT], failure_t *failure) {
     return register_words_read(&device->line, INDEX_sequence, INDEX_sequence, now, failure) &&

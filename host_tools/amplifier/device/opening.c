@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/opening.h"
-#include "amplifier/device_state.h"
-#include "amplifier/line_search.h"
-#include "amplifier/register_words.h"
-#include "amplifier/restart.h"
+#include "amplifier/device/opening.h"
+#include "amplifier/device/device_state.h"
+#include "amplifier/device/register_words.h"
+#include "amplifier/device/restart.h"
+#include "amplifier/line/line_search.h"
 #include "base/provenance.h"
 #include <stdio.h>
 #include <stdlib.h>

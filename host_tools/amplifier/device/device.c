@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/device.h"
-#include "amplifier/device_state.h"
-#include "amplifier/mode_names.h"
-#include "amplifier/parking.h"
-#include "amplifier/register_words.h"
-#include "amplifier/restart.h"
-#include "amplifier/sample_number.h"
+#include "amplifier/device/device.h"
+#include "amplifier/device/device_state.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/parking.h"
+#include "amplifier/device/register_words.h"
+#include "amplifier/device/restart.h"
+#include "amplifier/device/sample_number.h"
 #include "loop/capture.h"
 #include "loop/telemetry.h"
 #include <inttypes.h>

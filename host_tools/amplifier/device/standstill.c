@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/standstill.h"
+#include "amplifier/device/standstill.h"
 #include "base/monotonic_clock.h"
 #include <inttypes.h>
 

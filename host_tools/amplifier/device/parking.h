@@ -3,7 +3,7 @@
 #ifndef PARKING_H
 #define PARKING_H
 
-#include "amplifier/device_type.h"
+#include "amplifier/device/device_type.h"
 #include "base/failure.h"
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/line_change.h"
-#include "amplifier/arming.h"
-#include "amplifier/opening.h"
+#include "amplifier/device/line_change.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/opening.h"
 #include "store/parameter_store.h"
 #include <inttypes.h>
 #include <string.h>

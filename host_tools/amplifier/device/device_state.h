@@ -6,8 +6,8 @@
 #ifndef DEVICE_STATE_H
 #define DEVICE_STATE_H
 
-#include "amplifier/device_type.h"
-#include "amplifier/serial_line.h"
+#include "amplifier/device/device_type.h"
+#include "amplifier/line/serial_line.h"
 #include "registers/register_table.h"
 
 struct device {

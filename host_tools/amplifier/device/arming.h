@@ -3,7 +3,7 @@
 #ifndef ARMING_H
 #define ARMING_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 
 /**
  * Makes the amplifier ready to move: out of a fault if there is one, unlocked, communication timeout long enough for

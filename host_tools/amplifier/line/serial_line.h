@@ -9,7 +9,7 @@
 #ifndef SERIAL_LINE_H
 #define SERIAL_LINE_H
 
-#include "amplifier/line_options.h"
+#include "amplifier/line/line_options.h"
 #include <modbus/modbus.h>
 #include <signal.h>
 #include <stdbool.h>

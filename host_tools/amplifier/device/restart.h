@@ -3,7 +3,7 @@
 #ifndef RESTART_H
 #define RESTART_H
 
-#include "amplifier/device_type.h"
+#include "amplifier/device/device_type.h"
 #include "base/failure.h"
 
 /** From now on a restart of the amplifier is one since now. device_open notes the first. */

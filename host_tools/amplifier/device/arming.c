@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/arming.h"
-#include "amplifier/device_state.h"
-#include "amplifier/mode_names.h"
-#include "amplifier/restart.h"
-#include "amplifier/sample_number.h"
-#include "amplifier/standstill.h"
+#include "amplifier/device/arming.h"
+#include "amplifier/device/device_state.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/restart.h"
+#include "amplifier/device/sample_number.h"
+#include "amplifier/device/standstill.h"
 #include "base/monotonic_clock.h"
 #include "loop/telemetry.h"
 

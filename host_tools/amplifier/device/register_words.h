@@ -3,7 +3,7 @@
 #ifndef REGISTER_WORDS_H
 #define REGISTER_WORDS_H
 
-#include "amplifier/serial_line.h"
+#include "amplifier/line/serial_line.h"
 #include "registers/register_table.h"
 
 /** So often a request is made that gets no answer, or a damaged one. */

@@ -3,7 +3,7 @@
 #ifndef OPENING_H
 #define OPENING_H
 
-#include "amplifier/device.h"
+#include "amplifier/device/device.h"
 
 /** Connects, locks the port, and checks that an amplifier with a known register map answers. NULL on failure. Where
  * none does and the options say so, the line names the settings at which one does (line_search.h). */

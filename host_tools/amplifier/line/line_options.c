@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/line_options.h"
+#include "amplifier/line/line_options.h"
 #include "store/parameter_store.h"
 #include <string.h>
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/mode_names.h"
+#include "amplifier/device/mode_names.h"
 #include "hyst/compensator.h"
 #include "loop/telemetry.h"
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/register_words.h"
+#include "amplifier/device/register_words.h"
 #include <inttypes.h>
 #include <stdio.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#include "amplifier/parking.h"
-#include "amplifier/device_state.h"
-#include "amplifier/mode_names.h"
-#include "amplifier/register_words.h"
+#include "amplifier/device/parking.h"
+#include "amplifier/device/device_state.h"
+#include "amplifier/device/mode_names.h"
+#include "amplifier/device/register_words.h"
 #include "loop/telemetry.h"
 
 bool parking_fail(int64_t faults, failure_t *failure) {

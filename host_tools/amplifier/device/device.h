@@ -13,8 +13,8 @@
 #ifndef DEVICE_H
 #define DEVICE_H
 
-#include "amplifier/device_type.h"
-#include "amplifier/line_options.h"
+#include "amplifier/device/device_type.h"
+#include "amplifier/line/line_options.h"
 #include "registers/control.h"
 #include "registers/register_table.h"
 #include <signal.h>
