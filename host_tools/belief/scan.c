@@ -286,7 +286,8 @@ void scan_refine(const scan_t *scan, size_t steps, suspect_t *suspect) {
                         .suspect = suspect,
                         .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
     candidate_take_amplitude(&suspect->chain.block[suspect->at], suspect->amplitude);
-    searched_open(&job.searched, &suspect->chain, suspect->at, recording_held_s(&scan->imitation->recordings[0]));
+    searched_open(&job.searched, &suspect->chain, suspect->at,
+                  recordings_held_s(scan->imitation->recordings, scan->imitation->count));
     const gauss_newton_problem_t problem = {&job, job.searched.count, linearise, solve, move, move_back, keep, ends};
     double cost = cost_of(&job);
     suspect->refined = true;
@@ -304,7 +305,8 @@ void scan_errors(const scan_t *scan, model_t *chain, size_t at) {
                         .suspect = &suspect,
                         .column = allocate((BLOCK_MAX_PARAMETERS + 1) * scan->imitation->all, sizeof(double))};
     double ignored;
-    searched_open(&job.searched, &suspect.chain, at, recording_held_s(&scan->imitation->recordings[0]));
+    searched_open(&job.searched, &suspect.chain, at,
+                  recordings_held_s(scan->imitation->recordings, scan->imitation->count));
     (void)linearise(&job, &ignored); /* the signature is 0: the chain has the block */
     for (size_t i = 0; i < job.searched.count; i++) {
         double unit[BLOCK_MAX_PARAMETERS] = {0.0}, variance[BLOCK_MAX_PARAMETERS];

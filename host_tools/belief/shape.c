@@ -128,7 +128,7 @@ void shape_of(fitted_chain_t *fitted, double step_um, shape_t *shape) {
     const held_out_t held_out = {.fitted = fitted, .left = samples_column(samples), .open = samples_column(samples)};
     *shape = (shape_t){.fitted = true,
                        .noise_percent = samples_percent(samples, sqrt(h->evidence.variance)),
-                       .rho_hz = h->noise.rho * samples->recordings[0].sample_rate_hz,
+                       .rho_hz = h->noise.rho * samples_fastest_hz(samples),
                        .turns = h->turns,
                        .law = h->operator.has_law,
                        .outliers = h->outliers,

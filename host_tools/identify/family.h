@@ -26,7 +26,7 @@ typedef struct {
 
 /** The input of a fit. Only samples [0, train_to[i]) of recordings[i] may be used: the rest is held out. */
 typedef struct {
-    const recording_t *recordings; /**< one sample rate, checked */
+    const recording_t *recordings; /**< each has its sample rate */
     size_t count;
     const size_t *train_to; /**< one per recording */
     size_t operators;       /**< requested; 0: the family chooses */

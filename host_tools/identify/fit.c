@@ -86,11 +86,6 @@ static bool prepare(job_t *job) {
             return fail(job->failure, "%s: %zu samples are too few to fit, %zu are needed", recording->name,
                         recording->samples, least_samples);
         }
-        if (recording->sample_rate_hz != job->recordings[0].sample_rate_hz) {
-            return fail(job->failure, "%s: sampled at %g Hz, but %s at %g Hz: recordings fitted together need one rate",
-                        recording->name, recording->sample_rate_hz, job->recordings[0].name,
-                        job->recordings[0].sample_rate_hz);
-        }
         for (column_t column = COLUMN_DRIVE; column <= COLUMN_DISPLACEMENT; column++) {
             if (!changes(recording->column[column], cut)) {
                 return fail(job->failure, "%s: the %s does not change in the first two thirds: nothing to fit",

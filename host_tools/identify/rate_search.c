@@ -46,11 +46,13 @@ static double rms_of_logs(const double *logs, void *context) {
     return try_pair(context, exp(logs[0]), exp(logs[1]), NULL);
 }
 
-/* Largest drive rate in V/s, and the sample period. */
-static double largest_rate(const fit_span_t *spans, size_t count) {
+/* Largest drive rate in V/s, and the shortest sample period. */
+static double largest_rate(const fit_span_t *spans, size_t count, double *period_s) {
     double largest = 0.0;
+    *period_s = HUGE_VAL;
     for (size_t s = 0; s < count; s++) {
         const double *drive = spans[s].recording->column[COLUMN_DRIVE];
+        *period_s = fmin(*period_s, 1.0 / spans[s].recording->sample_rate_hz);
         for (size_t k = 1; k < spans[s].to; k++) {
             largest = fmax(largest, fabs(drive[k] - drive[k - 1]) * spans[s].recording->sample_rate_hz);
         }
@@ -95,7 +97,8 @@ bool rate_search(play_basis_t *basis, const fit_span_t *spans, size_t count, con
                  linear_fit_t *fit, progress_t *progress, failure_t *failure) {
     search_t search = {
         .basis = *basis, .spans = spans, .count = count, .options = options, .failure = failure, .progress = progress};
-    const double fastest = largest_rate(spans, count), period_s = 1.0 / spans[0].recording->sample_rate_hz;
+    double period_s;
+    const double fastest = largest_rate(spans, count, &period_s);
     const double rms = try_pair(&search, 0.0, 0.0, NULL);
     double beta_s = 0.0, filter_s = 0.0;
     if (!isfinite(rms)) {

@@ -227,7 +227,7 @@ static double plausible(const refine_problem_t *problem, const char *unit) {
     return strcmp(unit, "V") == 0    ? problem->drive_v
            : strcmp(unit, "um") == 0 ? problem->stroke_um
            : strcmp(unit, "s") == 0  ? problem->duration_s
-           : strcmp(unit, "Hz") == 0 ? 0.5 * problem->job->recordings[0].sample_rate_hz
+           : strcmp(unit, "Hz") == 0 ? 0.5 * recordings_fastest_hz(problem->job->recordings, problem->job->count)
                                      : HUGE_VAL;
 }
 

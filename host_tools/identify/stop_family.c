@@ -71,7 +71,7 @@ static void find_initial_memory(const family_job_t *job, const stop_problem_t *p
 
 static void make_model(const family_job_t *job, const block_t *block, const stop_problem_t *problem,
                        const stop_fit_t *fit, double compliance_per_n, model_t *model) {
-    model_create(model, job->recordings[0].sample_rate_hz);
+    model_create(model, recordings_fastest_hz(job->recordings, job->count));
     model_block_t *spring = model_append(model, block);
     model_set(spring, "offset_v", fit->offset_v);
     model_set_array(spring, "weights", problem->operators + 1, fit->weight, NULL);

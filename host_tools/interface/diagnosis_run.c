@@ -283,7 +283,7 @@ static bool find_beside_held(const model_t *given, recording_t *recordings, size
     }
     const verdict_t verdict = run->answer.verdict;
     if (!any || (verdict != PARTLY_EXPLAINED && verdict != UNKNOWN_PHYSICS &&
-                 !found_short_lag(&run->answer, recordings[0].sample_rate_hz))) {
+                 !found_short_lag(&run->answer, recordings_fastest_hz(recordings, count)))) {
         return true;
     }
     recording_t *held = copies_of(recordings, count);

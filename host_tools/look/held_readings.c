@@ -130,12 +130,9 @@ fault_t *held_readings_add(fault_list_t *faults, size_t recording, const held_re
 }
 
 bool held_readings_undo(recording_t *recordings, size_t count, const held_readings_t *held) {
-    double rate_hz = 0.0;
     bool good = true;
     for (size_t i = 0; i < count; i++) {
-        const double own_hz = held[i].rows > 0 ? held[i].rate_hz : recordings[i].sample_rate_hz;
-        rate_hz = i == 0 ? own_hz : rate_hz;
-        good = good && own_hz == rate_hz && recordings[i].samples >= LOOK_LEAST_SAMPLES * (held[i].rows + 1);
+        good = good && recordings[i].samples >= LOOK_LEAST_SAMPLES * (held[i].rows + 1);
     }
     for (size_t i = 0; good && i < count; i++) {
         if (held[i].rows > 0) {

@@ -25,8 +25,8 @@ void held_readings_find(const recording_t *recording, held_readings_t *held);
 /** The fault that this is, if its chance is below the limit. */
 fault_t *held_readings_add(fault_list_t *faults, size_t recording, const held_readings_t *held);
 
-/** Keeps the first row of each reading. Does nothing and returns false unless all recordings then have one sample rate,
- * and enough samples to be looked at. held: what was found in each. */
+/** Keeps the first row of each reading. Does nothing and returns false unless all recordings then have enough samples
+ * to be looked at. held: what was found in each. */
 bool held_readings_undo(recording_t *recordings, size_t count, const held_readings_t *held);
 
 #endif

@@ -209,6 +209,22 @@ void recording_keep_every(recording_t *recording, size_t first, size_t every) {
     recording->steps = 0;
 }
 
+double recordings_fastest_hz(const recording_t *recordings, size_t count) {
+    double fastest_hz = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        fastest_hz = fmax(fastest_hz, recordings[i].sample_rate_hz);
+    }
+    return fastest_hz;
+}
+
+double recordings_held_s(const recording_t *recordings, size_t count) {
+    double shortest_s = recording_held_s(&recordings[0]);
+    for (size_t i = 1; i < count; i++) {
+        shortest_s = fmin(shortest_s, recording_held_s(&recordings[i]));
+    }
+    return shortest_s;
+}
+
 double recording_time(const recording_t *recording, double sample) {
     return recording->start_s + sample / recording->sample_rate_hz;
 }

@@ -75,6 +75,8 @@ typedef struct recording {
 static inline double recording_held_s(const recording_t *recording) {
     return recording->held ? 1.0 / recording->sample_rate_hz : 0.0;
 }
+/** The shortest time for which a value of these drives is held; 0: one of them is not held. */
+double recordings_held_s(const recording_t *recordings, size_t count);
 
 /** Reads and checks a file. On success the caller frees *recording with recording_free. */
 bool recording_read(recording_t *recording, const char *path, failure_t *failure);
@@ -173,7 +175,9 @@ bool recording_check_keys(const recording_t *recording, failure_t *failure);
 
 /** Smallest and largest of count values; count > 0. */
 void values_range(const double *values, size_t count, double range[2]);
-/** The same over a column that all of these recordings have. */
+/** The highest sample rate of these recordings: what is quickest shows there. */
+double recordings_fastest_hz(const recording_t *recordings, size_t count);
+/** values_range over a column that all of these recordings have. */
 void recordings_range(const recording_t *recordings, size_t count, column_t column, double range[2]);
 
 /** Zeroed arrays with one value per sample of each recording; to be freed with recordings_room_free. */

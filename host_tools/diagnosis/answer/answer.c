@@ -118,7 +118,7 @@ bool finding_times(const answer_t *answer, const finding_t *finding, double time
     }
     const samples_t *samples = &answer->question->samples;
     const model_block_t *block = &answer->model.block[finding_index(answer, finding)];
-    const double fastest_s = 2.0 / samples->recordings[0].sample_rate_hz;
+    const double fastest_s = 2.0 / samples_fastest_hz(samples);
     time_s[0] = fmax(fastest_s, *model_parameter(block, probe->times.from_s)->value);
     time_s[1] = fmin(samples_longest_s(samples), *model_parameter(block, probe->times.to_s)->value);
     return time_s[0] < time_s[1];

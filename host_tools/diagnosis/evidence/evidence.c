@@ -271,7 +271,7 @@ static signature_rows_t take_room(const evidence_t *e, double **room) {
 
 static void open_refinement(refinement_t *r, const evidence_t *e, model_t *altered, size_t at) {
     *r = (refinement_t){.evidence = e, .altered = altered, .at = at};
-    searched_open(&r->searched, altered, at, recording_held_s(&e->samples->recordings[0]));
+    searched_open(&r->searched, altered, at, recordings_held_s(e->samples->recordings, e->samples->count));
     double *next = r->room = allocate((r->searched.count + 2) * room_of_one(e), sizeof(double));
     r->now = take_room(e, &next);
     r->then = take_room(e, &next);

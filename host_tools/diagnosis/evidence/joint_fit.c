@@ -254,7 +254,8 @@ static void open_job(job_t *job, const samples_t *samples, const noise_t *noise,
     job->unknowns = job->hysteresis.count;
     for (size_t b = 0; b < model->blocks; b++) {
         if ((blocks >> b & 1U) != 0) {
-            searched_open(&job->searched[job->blocks], model, b, recording_held_s(&samples->recordings[0]));
+            searched_open(&job->searched[job->blocks], model, b,
+                          recordings_held_s(samples->recordings, samples->count));
             job->unknowns += job->searched[job->blocks].count;
             job->block[job->blocks++] = b;
         }
@@ -423,19 +424,19 @@ static size_t index_of_delay(const model_t *model) {
 }
 
 size_t joint_middle_of_same(const samples_t *samples, const noise_t *noise, model_t *model, double *same_s) {
-    const recording_t *recording = &samples->recordings[0];
+    const double since = samples->recordings[0].held_since;
     const size_t at = index_of_delay(model);
     joint_power_t here, there;
     failure_t refusal;
     double whole;
-    *same_s = recording_held_s(recording);
+    *same_s = recordings_held_s(samples->recordings, samples->count);
     if (at == model->blocks || *same_s <= 0.0 || !joint_power(samples, noise, model, &here, &refusal)) {
         return model->blocks;
     }
     double *delay_s = model->block[at].parameter[0].value;
     const double before_s = *delay_s;
-    (void)held_later(recording->held_since, before_s / *same_s, &whole);
-    *delay_s = fmax(0.0, whole - 0.5 + recording->held_since) * *same_s;
+    (void)held_later(since, before_s / *same_s, &whole);
+    *delay_s = fmax(0.0, whole - 0.5 + since) * *same_s;
     if (joint_power(samples, noise, model, &there, &refusal) && there.fitted == here.fitted) {
         return at;
     }

@@ -305,7 +305,7 @@ static void doubt_times(const answer_t *answer, finding_t *finding) {
     }
     const parameter_t *from = model_parameter(found, probe->times.from_s);
     const parameter_info_t *info = &found->block->parameter[from - found->parameter];
-    const double rate_hz = answer->question->samples.recordings[0].sample_rate_hz;
+    const double rate_hz = samples_fastest_hz(&answer->question->samples);
     const double fastest_s = fmax(info->low, threshold.fast_samples / rate_hz);
     double time_s[2];
     if (*from->value <= fastest_s * (1.0 + threshold.same_time)) {

@@ -13,12 +13,12 @@ static const double least_periods = 2.0;
 static const double settles = 0.1;
 
 static bool too_short(const samples_t *samples, const model_block_t *block) {
-    return model_lag_s(block) * samples->recordings[0].sample_rate_hz < threshold.least_lag_samples;
+    return model_lag_s(block) * samples_fastest_hz(samples) < threshold.least_lag_samples;
 }
 
 /* A mode of the mechanics that no sample can show. */
 static bool too_fast(const samples_t *samples, const model_block_t *block) {
-    const double most_hz = 0.5 * samples->recordings[0].sample_rate_hz;
+    const double most_hz = 0.5 * samples_fastest_hz(samples);
     for (size_t p = 0; block->block->place == PLACE_MECHANICS && p < block->block->parameters; p++) {
         if (strcmp(block->block->parameter[p].unit, "Hz") == 0 && block->parameter[p].value[0] > most_hz) {
             return true;

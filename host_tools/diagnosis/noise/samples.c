@@ -234,6 +234,10 @@ size_t samples_longest(const samples_t *samples) {
     return longest;
 }
 
+double samples_fastest_hz(const samples_t *samples) {
+    return recordings_fastest_hz(samples->recordings, samples->count);
+}
+
 double samples_longest_s(const samples_t *samples) {
     double longest_s = 0.0;
     for (size_t i = 0; i < samples->count; i++) {

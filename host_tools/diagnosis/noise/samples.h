@@ -61,6 +61,8 @@ size_t samples_reversals(const samples_t *samples, double part);
 
 /** The recording with the most samples, the first of them. */
 size_t samples_longest(const samples_t *samples);
+/** The highest sample rate. */
+double samples_fastest_hz(const samples_t *samples);
 /** Duration of the longest recording. */
 double samples_longest_s(const samples_t *samples);
 

@@ -182,8 +182,8 @@ static void want_own(job_t *job, const nuisance_options_t *options) {
         }
     }
     const double hz = options->plays ? nuisance_loop_hz(samples) : 0.0;
-    for (int harmonic = 1;
-         harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples->recordings[0].sample_rate_hz; harmonic++) {
+    for (int harmonic = 1; harmonic <= HARMONICS && hz > 0.0 && harmonic * hz < 0.2 * samples_fastest_hz(samples);
+         harmonic++) {
         want_line(job, harmonic * hz, NUISANCE_OWN);
     }
 }

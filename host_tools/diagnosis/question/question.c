@@ -30,8 +30,8 @@ void question_setting(const recording_t *recordings, size_t count, probe_setting
                            .drive_high_v = volts[1],
                            .displacement_low_um = micrometres[0],
                            .displacement_high_um = micrometres[1],
-                           .sample_rate_hz = recordings[0].sample_rate_hz,
-                           .held_s = recording_held_s(&recordings[0]),
+                           .sample_rate_hz = recordings_fastest_hz(recordings, count),
+                           .held_s = recordings_held_s(recordings, count),
                            .held_since_s = recordings[0].held_since * recording_held_s(&recordings[0])};
     set_short_supply(recordings, count, s);
     for (size_t i = 0; i < count; i++) {

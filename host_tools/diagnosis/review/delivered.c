@@ -72,7 +72,7 @@ static bool fit_plays(const play_basis_t *basis, const samples_t *samples, const
     spans_of(samples, recordings, span);
     const bool good = linear_fit(basis, span, spans, &options, &fit, &ignored);
     if (good) {
-        model_create(model, samples->recordings[0].sample_rate_hz);
+        model_create(model, samples_fastest_hz(samples));
         model_block_t *block = model_append(model, &block_prandtl_ishlinskii);
         model_set(block, "offset_um", fit.offset_um);
         model_set_array(block, "weights", basis->operators + 1, fit.weight, NULL);

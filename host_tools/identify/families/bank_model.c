@@ -78,7 +78,7 @@ void bank_append_creep(const bank_job_t *job, model_t *model) {
 void bank_make_model(const bank_job_t *job, const play_basis_t *basis, const linear_fit_t *fit, model_t *model,
                      family_notes_t *notes) {
     model_block_t *block;
-    model_create(model, job->job->recordings[0].sample_rate_hz);
+    model_create(model, recordings_fastest_hz(job->job->recordings, job->job->count));
     if (job->find_rate) {
         block = model_append(model, &block_rate_dependent_hysteresis);
         model_set(block, "beta_s", basis->beta_s); /* its error depends on the filter: fit_errors.h */

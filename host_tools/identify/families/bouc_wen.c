@@ -184,7 +184,7 @@ static void search_shapes(search_t *search, double best[SHAPES]) {
 
 static void make_model(const search_t *search, const double *shape, model_t *model) {
     const bouc_wen_t found = model_of(shape);
-    model_create(model, search->job->recordings[0].sample_rate_hz);
+    model_create(model, recordings_fastest_hz(search->job->recordings, search->job->count));
     model_block_t *block = model_append(model, &block_bouc_wen);
     model_set(block, "center_v", search->center_v);
     model_set(block, "half_range_v", search->half_range_v);

@@ -65,6 +65,7 @@ static bool measure_ranges(search_t *search, double *half_v) {
 
 /* The rows of one recording. past[0..2] are the columns at this sample and the two before it. */
 static void add_recording(search_t *search, const recording_t *recording, size_t to) {
+    const double faster = recording->sample_rate_hz / search->rate_hz;
     const size_t n = search->basis.operators,
                  from = play_memory_as_determined_as_possible(&search->basis, recording, to);
     double past[3][MOST_OPERATORS + 1] = {{0}}, row[MOST_COLUMNS] = {1.0};
@@ -82,8 +83,8 @@ static void add_recording(search_t *search, const recording_t *recording, size_t
         }
         for (size_t i = 0; i <= n; i++) {
             row[1 + FORMS * i] = past[0][i];
-            row[2 + FORMS * i] = 1.5 * past[0][i] - 2.0 * past[1][i] + 0.5 * past[2][i];
-            row[3 + FORMS * i] = past[0][i] - 2.0 * past[1][i] + past[2][i];
+            row[2 + FORMS * i] = faster * (1.5 * past[0][i] - 2.0 * past[1][i] + 0.5 * past[2][i]);
+            row[3 + FORMS * i] = faster * faster * (past[0][i] - 2.0 * past[1][i] + past[2][i]);
         }
         normal_equations_add(&search->all, row, recording->column[COLUMN_DISPLACEMENT][k] - search->center_um);
     }
@@ -167,7 +168,7 @@ static void make_model(const search_t *search, double c, double m, model_t *mode
 }
 
 static bool fit(const family_job_t *job, model_t *model, family_notes_t *notes, failure_t *failure) {
-    search_t search = {.job = job, .rate_hz = job->recordings[0].sample_rate_hz, .failure = failure};
+    search_t search = {.job = job, .rate_hz = recordings_fastest_hz(job->recordings, job->count), .failure = failure};
     const size_t n = job->operators > 0 ? job->operators : DEFAULT_OPERATORS;
     double threshold_v[MOST_OPERATORS], half_v, c, m;
     bool good;

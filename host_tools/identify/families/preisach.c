@@ -297,7 +297,7 @@ static json_t *facts(const preisach_job_t *job, const preisach_fit_t *fit) {
 static void make_model(const preisach_job_t *job, const preisach_grid_t *grid, const preisach_fit_t *fit,
                        model_t *model) {
     model_block_t *block;
-    model_create(model, job->job->recordings[0].sample_rate_hz);
+    model_create(model, recordings_fastest_hz(job->job->recordings, job->job->count));
     block = model_append(model, &block_preisach);
     model_set_array(block, "levels_v", grid->levels, grid->level_v, NULL);
     model_set_array(block, "everett_um", fit->elements, fit->everett_um, fit->sigma_um);

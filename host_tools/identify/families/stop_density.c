@@ -255,11 +255,10 @@ static bool is_open(search_t *search, const double *shape, size_t part, double b
 }
 
 static void make_model(const search_t *search, const stop_density_t *density, const double x[SMALL], model_t *model) {
-    const recording_t *recording = &search->job->recordings[0];
     const play_basis_t basis = {.operators = search->levels, .threshold_v = search->threshold_v};
     const double weights = stop_density_bank(density, search->threshold_v, search->weight);
     const double offset = x[SMALL_OFFSET] - center_v(search) * (x[SMALL_DIRECT] + weights);
-    model_create(model, recording->sample_rate_hz);
+    model_create(model, recordings_fastest_hz(search->job->recordings, search->job->count));
     model_block_t *block = model_append(model, &block_stop_density);
     model_set(block, "offset_um", offset);
     model_set(block, "gain_um_per_v", x[SMALL_DIRECT] + weights);
@@ -270,6 +269,7 @@ static void make_model(const search_t *search, const stop_density_t *density, co
     model_set(block, "b_v", density->b_v);
     model_set_array(block, "levels_v", search->levels, search->level_v, NULL);
     if (search->job->count == 1) {
+        const recording_t *recording = &search->job->recordings[0];
         linear_fit_t fit = {
             .operators = search->levels, .offset_um = offset, .weight = allocate(search->levels + 1, sizeof(double))};
         double *memory_v = allocate(search->levels, sizeof(double));

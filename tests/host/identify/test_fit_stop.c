@@ -304,7 +304,7 @@ static void test_finds_what_happened_before_the_recording(void) {
     recording_free(&recording);
 }
 
-/* Mass and damping of the play form, and its weights, from a simulation of its own blocks. */
+/* Mass and damping of the play form, and its weights, from a simulation of its own blocks at two sample rates. */
 static void test_finds_the_play_form(void) {
     enum { PLAYS = 4 };
     const double true_weights[PLAYS + 1] = {0.2, 0.03, 0.02, 0.02, 0.01}, thresholds[PLAYS] = {8.0, 16.0, 24.0, 32.0};
@@ -318,10 +318,11 @@ static void test_finds_the_play_form(void) {
     model_set(block, "damping_s", c);
     model_set(block, "mass_s2", m);
     for (size_t i = 0; i < 2; i++) {
-        recording_create(&recordings[i], "play form", rate_hz, SAMPLES);
+        const double own_hz = i == 0 ? 0.5 * rate_hz : rate_hz;
+        recording_create(&recordings[i], "play form", own_hz, SAMPLES);
         for (size_t k = 0; k < SAMPLES; k++) {
             recordings[i].column[COLUMN_DRIVE][k] =
-                40.0 * (1.0 - cos(2.0 * M_PI * (i == 0 ? 20.0 : 200.0) * (double)k / rate_hz));
+                40.0 * (1.0 - cos(2.0 * M_PI * (i == 0 ? 20.0 : 200.0) * (double)k / own_hz));
         }
         simulate_into(&recordings[i], &truth, 1);
         for (size_t k = 0; k < SAMPLES; k++) {
