@@ -129,6 +129,20 @@ static const block_t *most_promising_richer(const state_t *state) {
     return best;
 }
 
+/* Nothing is left but noise, or another shape of the hysteresis: beside it the operator leaves only noise, and without
+ * it more. */
+static bool explains_all(const state_t *state, const answer_t *with) {
+    shape_t shape;
+    if (!with->remainder.structured) {
+        return true;
+    }
+    if (with->question->shape.whole) {
+        return false;
+    }
+    state_ask_shape(state, &with->model, &shape);
+    return shape.fitted && shape.whole;
+}
+
 void trial_of_richer(state_t *state) {
     const answer_t *answer = &state->answer;
     const block_t *block = answer->remainder.structured ? most_promising_richer(state) : NULL;
@@ -140,7 +154,7 @@ void trial_of_richer(state_t *state) {
     trial.state.richer = block;
     if (try_shape(state, &trial, NULL)) {
         const answer_t *with = &trial.state.answer;
-        keep_one(state, &trial, finding_of(with, block) != NULL && !with->remainder.structured);
+        keep_one(state, &trial, finding_of(with, block) != NULL && explains_all(&trial.state, with));
     }
 }
 

@@ -35,7 +35,8 @@ void trial_without_the_first(state_t *state);
 /**
  * A richer form of a group may be the only one that explains anything, and then no finding of the group is there in
  * whose place it could be tried. Where structure is left, the search is made once more with the one that promises most
- * beside what was found. It stands only if it is found, and nothing but noise is left.
+ * beside what was found. It stands only if it is found, and nothing is left but noise or another shape of the
+ * hysteresis.
  */
 void trial_of_richer(state_t *state);
 
