@@ -236,10 +236,19 @@ static size_t first_of(const samples_t *samples, size_t recording, const probe_p
     return passes->from + (size_t)ceil(passes->period);
 }
 
-static void add_difference(runs_t *runs, const recording_t *recording, double lag, size_t from, size_t length,
-                           const double *line_hz, size_t lines) {
-    const double *drive = recording->column[COLUMN_DRIVE] + from;
+/* Two passes of one path: in a recording, or in two. */
+typedef struct {
+    const recording_t *one, *other;
+    size_t first, samples; /* of the one, and how many */
+    double lag;            /* how many samples later the other one has the same drive */
+} twice_t;
+
+static void add_difference(runs_t *runs, const twice_t *twice, size_t from, size_t length, const double *line_hz,
+                           size_t lines) {
+    const recording_t *recording = twice->one;
+    const double *drive = recording->column[COLUMN_DRIVE] + from, lag = twice->lag;
     const double *readings = recording->column[COLUMN_DISPLACEMENT] + from;
+    const double *later = twice->other->column[COLUMN_DISPLACEMENT] + from;
     basis_t *trend = &runs->trends[runs->runs];
     double *x = allocate(length, sizeof(double)), *column = allocate(length, sizeof(double));
     const double spread = sqrt(1.0 + value_between_variance(lag - floor(lag)));
@@ -251,7 +260,7 @@ static void add_difference(runs_t *runs, const recording_t *recording, double la
         basis_add(trend, column, 1);
     }
     for (size_t k = 0; k < length; k++) {
-        x[k] = (value_between(readings, recording->samples - from, (double)k + lag) - readings[k]) / spread;
+        x[k] = (value_between(later, twice->other->samples - from, (double)k + lag) - readings[k]) / spread;
     }
     basis_project(trend, x, 1);
     free(column);
@@ -259,22 +268,55 @@ static void add_difference(runs_t *runs, const recording_t *recording, double la
     runs->length[runs->runs++] = length;
 }
 
+static void add_differences(runs_t *runs, const twice_t *twice, const double *line_hz, size_t lines) {
+    enum { PIECE = 2000 }; /* long enough for slow noise, and some are left out */
+    const size_t pieces = 1 + twice->samples / PIECE;
+    for (size_t piece = 0; piece < pieces; piece++) {
+        const size_t from = piece * twice->samples / pieces, to = (piece + 1) * twice->samples / pieces;
+        if (to - from >= LEAST_RUN + 4 * lines && runs->runs < MOST_RUNS) {
+            add_difference(runs, twice, twice->first + from, to - from, line_hz, lines);
+        }
+    }
+}
+
+static twice_t twice_in_one(const samples_t *samples, size_t recording, const probe_passes_t *passes) {
+    const recording_t *one = &samples->recordings[recording];
+    const double lag = passes->to <= one->samples ? lag_of(passes) : 0.0;
+    const size_t first = first_of(samples, recording, passes), needed = first + (size_t)ceil(lag);
+    return (twice_t){one, one, first, lag > 0.0 && passes->to > needed ? passes->to - needed : 0, lag};
+}
+
+static bool same_drive(const recording_t *one, const recording_t *other) {
+    const double *drive = one->column[COLUMN_DRIVE], *again = other->column[COLUMN_DRIVE];
+    double range[2];
+    values_range(drive, one->samples, range);
+    size_t same = one->samples == other->samples && one->sample_rate_hz == other->sample_rate_hz ? 0 : one->samples + 1;
+    while (same < one->samples && fabs(again[same] - drive[same]) <= threshold.still * (range[1] - range[0])) {
+        same++;
+    }
+    return same == one->samples;
+}
+
+/* The next one with the same drive; none: no samples. The last reading has no rate of the drive behind it. */
+static twice_t twice_in_two(const samples_t *samples, size_t recording) {
+    const recording_t *one = &samples->recordings[recording];
+    for (size_t i = recording + 1; i < samples->count; i++) {
+        if (same_drive(one, &samples->recordings[i])) {
+            const size_t first = GSL_MAX(samples->from[recording], samples->from[i]);
+            return (twice_t){one, &samples->recordings[i], first, one->samples - 1 - first, 0.0};
+        }
+    }
+    return (twice_t){one, one, 0, 0, 0.0};
+}
+
 bool noise_between_passes(const samples_t *samples, const probe_passes_t *passes, const double *line_hz, size_t lines,
                           noise_t *noise) {
-    enum { PIECE = 2000 }; /* long enough for slow noise, and some are left out */
     runs_t *runs = allocate(1, sizeof *runs);
     *noise = (noise_t){.between_passes = true};
     for (size_t i = 0; i < samples->count; i++) {
-        const recording_t *recording = &samples->recordings[i];
-        const double lag = passes[i].to <= recording->samples ? lag_of(&passes[i]) : 0.0;
-        const size_t first = first_of(samples, i, &passes[i]), needed = first + (size_t)ceil(lag);
-        const size_t all = lag > 0.0 && passes[i].to > needed ? passes[i].to - needed : 0, pieces = 1 + all / PIECE;
-        for (size_t piece = 0; piece < pieces; piece++) {
-            const size_t from = piece * all / pieces, to = (piece + 1) * all / pieces;
-            if (to - from >= LEAST_RUN + 4 * lines && runs->runs < MOST_RUNS) {
-                add_difference(runs, recording, lag, first + from, to - from, line_hz, lines);
-            }
-        }
+        const twice_t in_one = twice_in_one(samples, i, &passes[i]), in_two = twice_in_two(samples, i);
+        add_differences(runs, &in_one, line_hz, lines);
+        add_differences(runs, &in_two, line_hz, lines);
     }
     return find_in_runs(runs, samples, noise);
 }

@@ -30,8 +30,8 @@ bool noise_at_rest(const samples_t *samples, const double *left, const double *l
  * From what the readings differ by when the drive goes its path again, less a parabola, the lines, the drive and its
  * rate: so a gain or a lag that drifts is no noise. Passes that are far apart are compared, so that slow noise is in
  * it, by a number of whole samples if there is one, else between samples. The first pass may not have settled; of two,
- * it is used from where the hysteresis has forgotten what was before. passes: of each recording. false: too few samples
- * come again.
+ * it is used from where the hysteresis has forgotten what was before. passes: of each recording. Two recordings with
+ * the same drive, sample by sample, are passes of one path as well. false: too few samples come again.
  */
 bool noise_between_passes(const samples_t *samples, const probe_passes_t *passes, const double *line_hz, size_t lines,
                           noise_t *noise);

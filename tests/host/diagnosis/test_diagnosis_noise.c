@@ -226,6 +226,38 @@ static void test_two_passes_are_enough(void) {
     samples.from[0] = known;
 }
 
+/* Two recordings of one drive, whose gains differ by 2 %. A path that differs by more than a rest may is another one.
+ */
+static void test_two_recordings_of_one_path_tell_it(void) {
+    const probe_passes_t never[2] = {{0}};
+    recording_t both[2];
+    samples_t of_both;
+    noise_t noise;
+    for (size_t i = 0; i < 2; i++) {
+        recording_create(&both[i], "again.csv", rate_hz, SAMPLES);
+        for (size_t k = 0; k < SAMPLES; k++) {
+            const double t = (double)k / rate_hz, turn = sin(2.0 * M_PI * t) + 0.5 * sin(2.0 * M_PI * M_E * t);
+            both[i].column[COLUMN_DRIVE][k] = 50.0 + 30.0 * turn;
+            both[i].column[COLUMN_DISPLACEMENT][k] = (i == 0 ? 1.0 : 1.02) * turn + 0.1 * turn * turn + (double)i;
+        }
+        add_noise(both[i].column[COLUMN_DISPLACEMENT], SAMPLES, &truths[0]);
+    }
+    TEST_ASSERT_TRUE_MESSAGE(samples_open(&of_both, &model, both, 2, &failure), failure.text);
+    TEST_ASSERT_TRUE(noise_between_passes(&of_both, never, NULL, 0, &noise));
+    printf("two recordings: rms %.5f (%.5f), %zu samples\n", noise.rms_um, rms_um(&truths[0]), noise.samples);
+    TEST_ASSERT_TRUE(noise.between_passes);
+    TEST_ASSERT_EQUAL_UINT64(SAMPLES - 1 - GSL_MAX(of_both.from[0], of_both.from[1]), noise.samples);
+    expect(&noise, &truths[0], 1000.0);
+    both[1].column[COLUMN_DRIVE][SAMPLES / 2] += 0.5;
+    TEST_ASSERT_FALSE(noise_between_passes(&of_both, never, NULL, 0, &noise));
+    both[1].column[COLUMN_DRIVE][SAMPLES / 2] -= 0.5;
+    both[1].sample_rate_hz *= 10.0; /* the path is the same, and its speed is not */
+    TEST_ASSERT_FALSE(noise_between_passes(&of_both, never, NULL, 0, &noise));
+    samples_close(&of_both);
+    recording_free(&both[0]);
+    recording_free(&both[1]);
+}
+
 static void test_too_few_samples_come_again(void) {
     static const probe_passes_t passes[] = {
         {0, 1400, 500.0}, {0, SAMPLES + 1, 500.0}, {0, 1900, 1000.0}, {.period = 0.0}};
@@ -398,6 +430,7 @@ int main(void) {
     RUN_TEST(test_noise_is_found_between_passes);
     RUN_TEST(test_passes_are_compared_by_whole_samples_or_between);
     RUN_TEST(test_two_passes_are_enough);
+    RUN_TEST(test_two_recordings_of_one_path_tell_it);
     RUN_TEST(test_too_few_samples_come_again);
     RUN_TEST(test_constant_readings);
     RUN_TEST(test_noise_of_a_column);
