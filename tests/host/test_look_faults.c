@@ -2,6 +2,7 @@
 /* Each fault of a recording, put into clean recordings of three drives, is found with its numbers; clean ones are
  * silent. A number is right within four of the standard errors that come with it (once in 16000). */
 #include "found_faults.h"
+#include "support.h"
 #include "unity.h"
 #include <gsl/gsl_math.h>
 #include <gsl/gsl_statistics_double.h>
@@ -448,6 +449,42 @@ static void test_file_offset(void) {
     }
 }
 
+/* Two halves of the range, one after a sweep from the bottom and one after a sweep from the top: what is between them
+ * is more than the width of either loop, and is the past all the same. */
+static void test_another_past_is_no_offset(void) {
+    enum { PLAYS = 40, BEFORE = 200, AFTER = 4000 };
+    static const double sweep[2][3] = {{-20.0, 130.0, -20.0}, {130.0, -20.0, 130.0}}, middle_v[2] = {25.0, 85.0};
+    double weights[PLAYS + 1] = {0.1}, thresholds[PLAYS];
+    model_t model;
+    for (size_t i = 0; i < PLAYS; i++) {
+        thresholds[i] = 75.0 * (double)(i + 1) / (PLAYS + 1);
+        weights[i + 1] = thresholds[i] < 45.0 ? 0.01 : 0.03;
+    }
+    make_bank_model(&model, 1000.0, 0.0, PLAYS, weights, thresholds);
+    for (size_t i = 0; i < 2; i++) {
+        recording_create(&recordings[i], "half.csv", 1000.0, 2 * BEFORE + AFTER);
+        double *drive = recordings[i].column[COLUMN_DRIVE];
+        fill_lines(drive, 2 * BEFORE, sweep[i], 3, BEFORE);
+        for (size_t k = 0; k < AFTER; k++) {
+            drive[2 * BEFORE + k] = middle_v[i] - (i == 0 ? 45.0 : -45.0) * cos(2.0 * M_PI * (double)k / 400.0);
+        }
+        simulate_into(&recordings[i], &model, 1);
+        for (size_t k = 0; k < 2 * BEFORE + AFTER; k++) {
+            recordings[i].column[COLUMN_DISPLACEMENT][k] += 0.02 * random_normal(&rng);
+        }
+        recording_keep(&recordings[i], 2 * BEFORE, AFTER);
+    }
+    look_at_them(2);
+    for (size_t i = 0; i < faults.count; i++) {
+        TEST_ASSERT_TRUE(faults.fault[i].kind != &fault_file_offset);
+    }
+    faults_free(&faults);
+    looks_free(looks, 2);
+    recording_free(&recordings[0]);
+    recording_free(&recordings[1]);
+    model_free(&model);
+}
+
 static void test_noisy_drive(void) {
     for (size_t which = 0; which < DRIVES; which++) {
         record(which);
@@ -498,6 +535,7 @@ int main(void) {
     RUN_TEST(test_sensor_rezero);
     RUN_TEST(test_columns);
     RUN_TEST(test_file_offset);
+    RUN_TEST(test_another_past_is_no_offset);
     RUN_TEST(test_noisy_drive);
     RUN_TEST(test_masking);
     RUN_TEST(test_missing_codes_where_the_drive_holds);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* Files of one question with different zeros. The middle between rising and falling branch is compared at the drives
- * that two files share, against the first file. The past of a hysteresis can move it by the width of the loop at most:
- * only what is beyond the wider of both loops counts. */
+ * that two files share, against the first file. The past of a hysteresis can move it by the width of a loop at most,
+ * and the past may have been any that the drives of all files span: only what is beyond that counts. */
 #include "look/fault.h"
 #include "thresholds/thresholds.h"
 #include <math.h>
@@ -21,11 +21,33 @@ static bool middle_at(const static_map_t *map, double drive_v, double *middle) {
     return false;
 }
 
-static double width_of(const static_map_t *map) {
-    return 0.01 * map->width_percent * (map->stroke_um[1] - map->stroke_um[0]);
+static double span_of(const look_t *look) {
+    double range_v[2];
+    values_range(look->recording->column[COLUMN_DRIVE], look->recording->samples, range_v);
+    return range_v[1] - range_v[0];
+}
+
+/* Of the loop over all drives. With thresholds that are as dense everywhere it is wider by the square of its length
+ * (Rayleigh), with a density that rises from 0 in proportion to them by the cube. */
+static double width_of(const look_t *look, double all_v) {
+    const static_map_t *map = &look->map;
+    return 0.01 * map->width_percent * (map->stroke_um[1] - map->stroke_um[0]) * pow(all_v / span_of(look), 3.0);
+}
+
+/* What the drives of all files span. */
+static double whole_span(const look_t *looks, size_t count) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (size_t i = 0; i < count; i++) {
+        double range_v[2];
+        values_range(looks[i].recording->column[COLUMN_DRIVE], looks[i].recording->samples, range_v);
+        low = fmin(low, range_v[0]);
+        high = fmax(high, range_v[1]);
+    }
+    return high - low;
 }
 
 static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fault_list_t *faults) {
+    const double all_v = whole_span(looks, count);
     for (size_t i = 1; i < count; i++) {
         const static_map_t *first = &looks[0].map, *other = &looks[i].map;
         double difference[STATIC_LEVELS];
@@ -42,7 +64,7 @@ static void find(const look_t *looks, size_t count, const fault_kind_t *kind, fa
         const double offset = look_quantile(difference, levels, 0.5);
         const double scatter = fmax(look_robust_deviation(difference, levels),
                                     fmax(looks[0].prediction.noise_um, looks[i].prediction.noise_um));
-        const double beyond = fabs(offset) - fmax(width_of(first), width_of(other));
+        const double beyond = fabs(offset) - fmax(width_of(&looks[0], all_v), width_of(&looks[i], all_v));
         fault_t *fault =
             beyond > 0.0 ? fault_add(faults, kind, i, beyond / scatter, look_log_chance_normal(beyond / scatter, 1.0))
                          : NULL;
