@@ -319,18 +319,21 @@ static void test_held_readings_are_left_out(void) {
     diagnosis_run_free(&run);
 }
 
-/* Recordings of several sample rates are not fitted together: they stay as they are. */
-static void test_held_readings_stay_where_rates_would_differ(void) {
+/* Each is thinned to its sensor's rate, whatever the other one's is. Where too little of one would be left, both stay
+ * as they are. */
+static void test_held_readings_are_thinned_each_by_itself(void) {
     recording_t both[2];
     held_readings_t held[2] = {{.rows = 4, .rate_hz = scene_rate_hz / 4.0}, {0}};
     record(2);
     recording_copy(&both[0], &recording, 0, SCENE_SAMPLES);
     recording_copy(&both[1], &recording, 0, SCENE_SAMPLES);
+    held[1] = (held_readings_t){.rows = SCENE_SAMPLES / 10, .rate_hz = 10.0 * scene_rate_hz / SCENE_SAMPLES};
     TEST_ASSERT_FALSE(held_readings_undo(both, 2, held));
     TEST_ASSERT_EQUAL(SCENE_SAMPLES, both[0].samples);
-    held[1] = held[0];
+    held[1] = (held_readings_t){0};
     TEST_ASSERT_TRUE(held_readings_undo(both, 2, held));
-    TEST_ASSERT_EQUAL(SCENE_SAMPLES / 4, both[1].samples);
+    TEST_ASSERT_EQUAL(SCENE_SAMPLES / 4, both[0].samples);
+    TEST_ASSERT_EQUAL(SCENE_SAMPLES, both[1].samples);
     recording_free(&both[0]);
     recording_free(&both[1]);
 }
@@ -348,7 +351,7 @@ int main(void) {
     RUN_TEST(test_the_mean_lag_of_two_clocks_is_theirs);
     RUN_TEST(test_a_lead_is_undone);
     RUN_TEST(test_held_readings_are_left_out);
-    RUN_TEST(test_held_readings_stay_where_rates_would_differ);
+    RUN_TEST(test_held_readings_are_thinned_each_by_itself);
     RUN_TEST(test_no_lead_is_worth_it_where_there_is_none);
     return UNITY_END();
 }
