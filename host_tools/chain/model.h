@@ -32,7 +32,7 @@ typedef struct {
 } model_block_t;
 
 typedef struct {
-    double sample_rate_hz; /**< of the recording the model was made from, or of the amplifier it is meant for */
+    double sample_rate_hz; /**< highest of the recordings it was made from, or of the amplifier it is meant for */
     size_t blocks;
     model_block_t block[MODEL_MAX_BLOCKS];
     /**

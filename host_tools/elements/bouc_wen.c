@@ -33,23 +33,23 @@ static double returning(const bouc_wen_t *model, double power) {
 static void make_curve(bouc_wen_t *model, double reach) {
     static const double gauss = 0.28867513459481287; /* 1 / (2 sqrt 3) */
     const double cell = reach / MIDDLE;
-    double back[MIDDLE], on[MIDDLE]; /* of the cells on either side of h = 0, from there on */
     model->reach = reach;
+    model->way[0] = 0.0;
     for (size_t i = 0; i < MIDDLE; i++) {
         const double here = pow((double)i * cell, model->exponent), middle = (double)i + 0.5;
         const double before = pow((middle - gauss) * cell, model->exponent);
         const double behind = pow((middle + gauss) * cell, model->exponent);
         model->slope[MIDDLE - i] = returning(model, here);
         model->slope[MIDDLE + i] = growing(model, here); /* h = 0: 1 of both */
-        back[i] = 0.5 * cell * (1.0 / returning(model, before) + 1.0 / returning(model, behind));
-        on[i] = 0.5 * cell * (1.0 / growing(model, before) + 1.0 / growing(model, behind));
+        /* Of the cells on either side of h = 0, at their ends. */
+        model->way[MIDDLE - i] = 0.5 * cell * (1.0 / returning(model, before) + 1.0 / returning(model, behind));
+        model->way[MIDDLE + i + 1] = 0.5 * cell * (1.0 / growing(model, before) + 1.0 / growing(model, behind));
     }
     const double end = pow(reach, model->exponent);
     model->slope[0] = returning(model, end);
     model->slope[BOUC_WEN_CELLS] = growing(model, end);
-    model->way[0] = 0.0;
     for (size_t i = 0; i < BOUC_WEN_CELLS; i++) {
-        model->way[i + 1] = model->way[i] + (i < MIDDLE ? back[MIDDLE - 1 - i] : on[i - MIDDLE]);
+        model->way[i + 1] += model->way[i];
     }
 }
 
@@ -63,12 +63,8 @@ static void reach_for(bouc_wen_t *model, double h) {
 }
 
 void bouc_wen_open(bouc_wen_t *model, double beta, double gamma, double exponent) {
-    model->beta = beta;
-    model->gamma = gamma;
-    model->exponent = exponent;
-    model->limit = pow(beta + gamma, -1.0 / exponent);
-    model->reach = 0.0;
-    bouc_wen_put(model, 0.0);
+    *model =
+        (bouc_wen_t){.beta = beta, .gamma = gamma, .exponent = exponent, .limit = pow(beta + gamma, -1.0 / exponent)};
     reach_for(model, 0.0);
 }
 

@@ -40,8 +40,8 @@ typedef struct {
 } fit_report_t;
 
 /**
- * Fits one family. On success the caller frees *model and *report. All recordings must have the same sample rate.
- * model->fit holds the keys of model.h, the family's facts, and those of the report.
+ * Fits one family. On success the caller frees *model and *report. Each recording has its own sample rate; the model
+ * says the highest one. model->fit holds the keys of model.h, the family's facts, and those of the report.
  */
 bool fit_recordings(const family_t *family, const recording_t *recordings, size_t count, const fit_options_t *options,
                     model_t *model, fit_report_t *report, failure_t *failure);

@@ -94,8 +94,8 @@ static double by_short_steps(const bouc_wen_t *of, double h, double way) {
 }
 
 /* Sampled as recordings are: slow and fast drives that turn anywhere. Also where |h| has no limit, and where the drive
- * goes ten times as far as the curve at first. As above, and what
- * the short step across the kink at h = 0 is off by: some (0.3 / 256)^2 beta. */
+ * goes ten times as far as the curve at first. Off as above, and by
+ * what the short step across the kink at h = 0 makes: some (0.3 / 256)^2 beta. */
 static void test_the_curve_is_the_equation(void) {
     static const struct { double least_exponent, most_exponent; } kinds[] = {{1.0, 2.0}, {2.0, 6.0}, {6.0, 20.0}};
     for (size_t kind = 0; kind < sizeof kinds / sizeof kinds[0]; kind++) {

@@ -289,12 +289,16 @@ static twice_t twice_in_one(const samples_t *samples, size_t recording, const pr
 static bool same_drive(const recording_t *one, const recording_t *other) {
     const double *drive = one->column[COLUMN_DRIVE], *again = other->column[COLUMN_DRIVE];
     double range[2];
-    values_range(drive, one->samples, range);
-    size_t same = one->samples == other->samples && one->sample_rate_hz == other->sample_rate_hz ? 0 : one->samples + 1;
-    while (same < one->samples && fabs(again[same] - drive[same]) <= threshold.still * (range[1] - range[0])) {
-        same++;
+    if (one->samples != other->samples || one->sample_rate_hz != other->sample_rate_hz) {
+        return false;
     }
-    return same == one->samples;
+    values_range(drive, one->samples, range);
+    for (size_t k = 0; k < one->samples; k++) {
+        if (fabs(again[k] - drive[k]) > threshold.still * (range[1] - range[0])) {
+            return false;
+        }
+    }
+    return true;
 }
 
 /* The next one with the same drive; none: no samples. The last reading has no rate of the drive behind it. */

@@ -150,7 +150,7 @@ static size_t even_share(const recording_t *recordings, size_t count, size_t mos
     return share;
 }
 
-/* Windows of all recordings with so many samples in each mean: one sample rate for all. */
+/* Windows of all recordings with so many samples in each mean, the same number in all of them. */
 static bool find_windows(const recording_t *recordings, size_t count, size_t share, size_t of, size_t *first) {
     bool good = true;
     for (size_t i = 0; good && i < count; i++) {

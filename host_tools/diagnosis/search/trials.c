@@ -140,7 +140,7 @@ static bool explains_all(const state_t *state, const answer_t *with) {
         return false;
     }
     state_ask_shape(state, &with->model, &shape);
-    return shape.fitted && shape.whole;
+    return shape.whole;
 }
 
 void trial_of_richer(state_t *state) {

@@ -21,27 +21,20 @@ static bool middle_at(const static_map_t *map, double drive_v, double *middle) {
     return false;
 }
 
-static double span_of(const look_t *look) {
-    double range_v[2];
-    values_range(look->recording->column[COLUMN_DRIVE], look->recording->samples, range_v);
-    return range_v[1] - range_v[0];
-}
-
 /* Of the loop over all drives. With thresholds that are as dense everywhere it is wider by the square of its length
  * (Rayleigh), with a density that rises from 0 in proportion to them by the cube. */
 static double width_of(const look_t *look, double all_v) {
     const static_map_t *map = &look->map;
-    return 0.01 * map->width_percent * (map->stroke_um[1] - map->stroke_um[0]) * pow(all_v / span_of(look), 3.0);
+    const double own_v = look->drive.range_v[1] - look->drive.range_v[0];
+    return 0.01 * map->width_percent * (map->stroke_um[1] - map->stroke_um[0]) * pow(all_v / own_v, 3.0);
 }
 
 /* What the drives of all files span. */
 static double whole_span(const look_t *looks, size_t count) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (size_t i = 0; i < count; i++) {
-        double range_v[2];
-        values_range(looks[i].recording->column[COLUMN_DRIVE], looks[i].recording->samples, range_v);
-        low = fmin(low, range_v[0]);
-        high = fmax(high, range_v[1]);
+        low = fmin(low, looks[i].drive.range_v[0]);
+        high = fmax(high, looks[i].drive.range_v[1]);
     }
     return high - low;
 }
