@@ -47,6 +47,31 @@ static void play_what_is_watched(void) {
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, end(), errors);
 }
 
+/* It watches from when it has measured what is usual, and says so. */
+static void start_watch(const char *const argument[]) {
+    static const char said[] = "watched.out";
+    char line[200] = "";
+    FILE *file = fopen(said, "w");
+    TEST_ASSERT_NOT_NULL(file);
+    (void)fclose(file);
+    standard_output = said;
+    start(argument);
+    const double until_s = monotonic_s() + PATIENCE_S;
+    while (strchr(line, '\n') == NULL && monotonic_s() < until_s) {
+        sleep_until(monotonic_s() + 0.01);
+        file = fopen(said, "r");
+        TEST_ASSERT_NOT_NULL(file);
+        line[0] = '\0';
+        (void)fgets(line, sizeof line, file);
+        (void)fclose(file);
+    }
+    if (strncmp(line, "watching: ", strlen("watching: ")) != 0) {
+        (void)kill(process, SIGKILL);
+        (void)end();
+        TEST_FAIL_MESSAGE(errors[0] != '\0' ? errors : "the watch has not begun, and says nothing");
+    }
+}
+
 /* A disk that fills up, a folder that is taken away: the amplifier would park if the watch ended. */
 static void test_a_watch_whose_folder_is_gone_goes_on(void) {
     static const char *const watch[] = {"watch",  "--model", "watched.json", "--report", "watched", "--limit", "1",
@@ -54,13 +79,8 @@ static void test_a_watch_whose_folder_is_gone_goes_on(void) {
                                         "2",      NULL};
     (void)rmdir("watched");
     play_what_is_watched();
-    start(watch);
-    sleep_until(monotonic_s() + 6.0); /* until it has measured what is usual */
-    if (rmdir("watched") != 0) {
-        (void)kill(process, SIGKILL);
-        (void)end();
-        TEST_FAIL_MESSAGE(errors[0] != '\0' ? errors : "the watch has not begun, and says nothing");
-    }
+    start_watch(watch);
+    TEST_ASSERT_EQUAL_INT(0, rmdir("watched"));
     simulated_device_line()->position_offset = 3000;
     wait_for_line();
     TEST_ASSERT_NOT_NULL_MESSAGE(strstr(errors, "hyst: watched/"), errors);
@@ -95,8 +115,7 @@ static void hold_diagnosis(void) {
 static void watch_until_it_diagnoses(void) {
     static const char *const watch[] = {"watch", "--model", "watched.json", "--report", "diagnosed", NULL};
     play_what_is_watched();
-    start(watch);
-    sleep_until(monotonic_s() + 6.0); /* until it has measured what is usual */
+    start_watch(watch);
     simulated_device_line()->position_offset = 3000;
     hold_diagnosis();
 }
@@ -136,8 +155,7 @@ static void ends_with(volatile unsigned *cause, const char *line) {
     static const char *const watch[] = {"watch",   "--model", "watched.json", "--report",
                                         "watched", "--for",   "1000",         NULL};
     play_what_is_watched();
-    start(watch);
-    sleep_until(monotonic_s() + 6.0); /* until it has measured what is usual */
+    start_watch(watch);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, waitpid(process, NULL, WNOHANG), "it has ended");
     *cause = 3; /* requests later */
     const int status = end();
